@@ -1,0 +1,178 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/band3.h"
+#include "core/ids.h"
+
+namespace naturel {
+
+/// Where a finish or a facet faces: the air inside the building or the open air.
+enum class Environment { indoor, outdoor };
+
+/// An opaque, diffuse (Lambert) surface.
+struct Material {
+    std::string name;
+    Band3 reflectance = grey(0.5);  ///< 1, each band in [0, 0.99]
+    Band3 exitance_lm_m2{};         ///< light the surface emits by itself, lm/m2
+};
+
+/// How transmittance falls with the angle of incidence (docs/method.md, "Glazing").
+enum class AngularLaw {
+    fresnel,   ///< slab(s) of refractive index 1.52: the default
+    mitalas,   ///< Mitalas-Arseneault polynomial for clear glass, scaled
+    rivero,    ///< Rivero's formula, scaled
+    constant,  ///< the same at every angle; unglazed openings and the article's "diffuse" option
+};
+
+/// What fills an aperture.
+struct Glazing {
+    std::string name;
+    Band3 normal_transmittance = grey(1.0);  ///< of the whole unit at normal incidence, each band in [0, 1]
+    int panes = 1;                           ///< identical panes behind each other; shapes the Fresnel law
+    AngularLaw angular_law = AngularLaw::fresnel;
+    Band3 inner_reflectance{};  ///< diffuse, seen from the room, each band in [0, 1]
+    double maintenance = 1.0;   ///< share of light left by dirt, [0, 1]
+    double frame = 1.0;         ///< glazed share of the opening, [0, 1]
+};
+
+enum class PolyhedronKind { parallelepiped, prism, tetrahedron };
+enum class Effect {
+    fill,   ///< the space inside becomes solid
+    carve,  ///< solid inside becomes indoor air; outdoor air stays outdoor air
+};
+
+/// What the file says about one face of a polyhedron; empty = as the whole polyhedron.
+struct FaceFinish {
+    std::optional<MaterialId> material;
+    std::optional<GlazingId> glazing;
+};
+
+/// vertices_m: an origin O and the ends A, B, C of its three edges. A prism's base is the triangle O, A, B and OC
+/// extrudes it. Faces are numbered as in polyhedron_faces() (core/polyhedra.h).
+struct Polyhedron {
+    std::string id;
+    PolyhedronKind kind = PolyhedronKind::parallelepiped;
+    Effect effect = Effect::fill;
+    std::array<glm::dvec3, 4> vertices_m{};
+    MaterialId material{};
+    std::optional<GlazingId> glazing;  ///< of apertures this polyhedron opens; unglazed if empty
+    std::array<FaceFinish, 6> faces{};
+};
+
+/// A plane surface without thickness, e.g. from an imported model. Counter-clockwise seen from its lit side.
+/// Its back is opaque and black unless two_sided.
+struct SurfacePolygon {
+    std::string id;
+    std::vector<glm::dvec3> vertices_m;            ///< at least 3, plane, simple
+    std::vector<std::vector<glm::dvec3>> holes_m;  ///< each at least 3, in the same plane
+    MaterialId material{};
+    Environment side = Environment::indoor;
+    bool two_sided = false;
+};
+
+/// An opening given as a polygon. Counter-clockwise seen from indoors. It is cut out of coplanar SurfacePolygons.
+struct AperturePolygon {
+    std::string id;
+    std::vector<glm::dvec3> vertices_m;
+    std::vector<std::vector<glm::dvec3>> holes_m;
+    GlazingId glazing{};
+};
+
+/// The ground outdoors: an infinite, diffuse, horizontal plane.
+struct Ground {
+    double z_m = 0.0;
+    Band3 reflectance = grey(0.2);
+};
+
+enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
+
+/// The sky as the scene asks for it: a model, and one of the two levels.
+struct SkyDescription {
+    SkyModel model = SkyModel::moon_spencer;
+    std::optional<double> zenith_luminance_cd_m2;
+    std::optional<double> horizontal_illuminance_lx;  ///< diffuse, unobstructed, without the sun
+};
+
+/// The sun in the frame of the model (site north already applied by the reader).
+struct SunDescription {
+    double altitude_rad = 0.0;  ///< from the horizon up
+    double azimuth_rad = 0.0;   ///< from the model's +y axis, clockwise seen from above
+    double direct_normal_illuminance_lx = 0.0;
+};
+
+struct GridOptions {
+    double spacing_m = 0.25;          ///< indoor faces and apertures: cells no longer than this
+    double outdoor_spacing_m = 1.0;   ///< outdoor faces, which only carry reflected light
+};
+
+enum class DirectMethod {
+    article,   ///< 16, 64 or 256 aperture elements, 256 sky zones close to the aperture
+    adaptive,  ///< aperture elements subdivided to a tolerance
+};
+
+struct DirectOptions {
+    DirectMethod method = DirectMethod::adaptive;
+    double tolerance = 1e-3;  ///< adaptive: relative error aimed at for sky and outdoor light of a point
+};
+
+struct SensorPoint {
+    glm::dvec3 position_m{};
+    glm::dvec3 normal{0, 0, 1};  ///< unit length
+};
+
+/// A horizontal grid laid over all indoor air at one height.
+struct SensorGrid {
+    double z_m = 0.85;
+    double spacing_m = 0.5;
+    double margin_m = 0.5;  ///< points keep this distance from walls
+};
+
+struct SensorSet {
+    std::string id;
+    std::optional<SensorGrid> grid;
+    std::vector<SensorPoint> points;  ///< used when there is no grid
+};
+
+enum class ViewKind { perspective };
+
+struct View {
+    std::string id;
+    ViewKind kind = ViewKind::perspective;
+    glm::dvec3 from_m{};
+    glm::dvec3 to_m{0, 1, 0};
+    glm::dvec3 up{0, 0, 1};
+    double field_of_view_rad = 1.2;  ///< horizontal, < pi
+    int width = 1280;                ///< pixels
+    int height = 960;                ///< pixels
+};
+
+/// Which three-band basis the scene's bands are (core/colour.h).
+enum class PrimariesName { srgb, ebu, p22 };
+
+/// Everything a scene file says, checked and in SI units and radians. Built by read_scene().
+/// glazings[0] is always "unglazed" (transmittance 1).
+struct Scene {
+    std::string name;
+    double north_rad = 0.0;  ///< azimuth of the model's +y axis
+    std::vector<Material> materials;
+    std::vector<Glazing> glazings;
+    Ground ground;
+    std::vector<Polyhedron> polyhedra;  ///< in the order they are applied
+    std::vector<SurfacePolygon> polygons;
+    std::vector<AperturePolygon> apertures;
+    SkyDescription sky;
+    std::optional<SunDescription> sun;
+    GridOptions grid;
+    DirectOptions direct;
+    PrimariesName primaries = PrimariesName::ebu;
+    std::vector<SensorSet> sensors;
+    std::vector<View> views;
+    std::string source_sha256;  ///< of the file's bytes, hex; identifies the input in results
+};
+
+}  // namespace naturel

@@ -1,0 +1,74 @@
+#pragma once
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/ids.h"
+#include "core/scene.h"
+
+namespace naturel {
+
+/// A point that collects light from the half-space its normal looks into.
+struct GatherPoint {
+    glm::dvec3 position_m{};
+    glm::dvec3 normal{0, 0, 1};  ///< unit length, into the air
+};
+
+/// One sparse row of form factors.
+struct FormFactorRow {
+    std::vector<PatchId> patches;  ///< increasing
+    std::vector<double> values;    ///< F > 0, same order
+    double lost = 0.0;             ///< share that met nothing (a leak, a crack, the back of a one-sided polygon)
+    double truncated = 0.0;        ///< share the method does not look at (outside a single plane's square)
+
+    void clear() {
+        patches.clear();
+        values.clear();
+        lost = truncated = 0.0;
+    }
+};
+
+/// Answers "what does this point see?" for one fixed building and patch grid. The one thing that differs between
+/// projection and ray casting; everything else in naturel is shared.
+/// Every method is const and may be called from many threads at once; equal arguments give bitwise equal answers
+/// whatever the number of threads. An implementation copies what it needs of building and grid.
+class Visibility {
+public:
+    Visibility() = default;
+    Visibility(const Visibility&) = delete;
+    Visibility& operator=(const Visibility&) = delete;
+    virtual ~Visibility() = default;
+
+    /// Name used on the command line and written in result files.
+    virtual std::string_view name() const noexcept = 0;
+
+    /// Name and value of every option in force, for result files: enough to run it again.
+    virtual std::vector<std::pair<std::string, std::string>> settings() const = 0;
+
+    /// Form factors from one patch (of an indoor face or an aperture) to the patches it sees. Apertures are surfaces
+    /// here: what falls on them is theirs.
+    /// row: cleared, then filled with (patch, F_ij) in increasing patch order, each patch once; F_ii absent;
+    /// dimensionless; sum of values + lost + truncated = 1.
+    /// Sparse: memory and time follow what is seen, not the number of patches. Source: docs/method.md, "Form factors".
+    virtual void form_factor_row(PatchId from, FormFactorRow& row) const = 0;
+
+    /// The same from a point: row.values[k] x exitance = illuminance at the point.
+    virtual void gather_row(const GatherPoint& from, FormFactorRow& row) const = 0;
+
+    /// First opaque facet met along each direction; FacetId::none means the sky or the ground.
+    /// Apertures let light pass, so one answer serves sky light (none), reflected light (outdoor facet) and blocking
+    /// (indoor facet). A facet hit from behind is reported like any other.
+    /// directions: [n], unit length, in the half-space of from.normal; seen: [n], same order.
+    virtual void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
+                            std::span<FacetId> seen) const = 0;
+
+    /// What a picture shows: the first opaque facet through the centre of each pixel, apertures being transparent.
+    /// seen: [width x height], rows from the top, in each row from the left. Pixel centres: core/view.h.
+    virtual void view_facets(const View& view, std::span<FacetId> seen) const = 0;
+};
+
+}  // namespace naturel

@@ -1,0 +1,1 @@
+#include "embree_backend/embree_visibility.h"

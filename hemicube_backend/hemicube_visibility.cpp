@@ -1,0 +1,1 @@
+#include "hemicube_backend/hemicube_visibility.h"
