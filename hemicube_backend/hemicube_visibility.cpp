@@ -88,10 +88,84 @@ ProjectionAxes axes_of(const Station& station, std::size_t plane) {
     return {glm::cross(station.normal, sides[plane - 1]), station.normal, sides[plane - 1]};
 }
 
-/// An edge of a patch: dot(inward, p) >= offset_m on the side of the patch.
-struct PatchEdge {
-    glm::dvec3 inward{};
-    double offset_m = 0.0;
+/// The patches' outlines, where rows of cells leave them.
+struct PatchEdges {
+    struct Edge {
+        glm::dvec3 inward{};  ///< dot(inward, p) >= offset_m on the side of the patch
+        double offset_m = 0.0;
+    };
+    std::vector<Edge> edges;
+    std::vector<std::uint32_t> first;  ///< edges of patch i: [first[i], first[i + 1])
+
+    explicit PatchEdges(const PatchGrid& grid) {
+        for (std::size_t i = 0; i < grid.patches.size(); ++i) {
+            const std::span<const glm::dvec3> corners_m = grid.polygon_of(make_id<PatchId>(i));
+            first.push_back(static_cast<std::uint32_t>(edges.size()));
+            for (std::size_t k = 0; k < corners_m.size(); ++k) {
+                const glm::dvec3 along = corners_m[(k + 1) % corners_m.size()] - corners_m[k];
+                const glm::dvec3 inward = glm::cross(grid.patches[i].normal, along);
+                edges.push_back({inward, glm::dot(inward, corners_m[k])});
+            }
+        }
+        first.push_back(static_cast<std::uint32_t>(edges.size()));
+    }
+};
+
+/// The edges by which rows of one plane of a projection leave each patch, worked out when first asked for.
+class PatchExits {
+public:
+    explicit PatchExits(const PatchEdges& edges)
+        : edges_(edges), lines_(edges.edges.size()), known_(edges.first.size() - 1) {}
+
+    void begin(const glm::dvec3& viewpoint_m, const ProjectionAxes& axes) {
+        viewpoint_m_ = viewpoint_m;
+        axes_ = axes;
+        ++plane_;
+    }
+
+    /// x at which the row at y leaves a patch to the right. inverse_depth: of the patch's plane
+    /// (FacetsAround::Entry). docs/hemicube.md, eq. 8.
+    double at(PatchId patch, const glm::dvec3& inverse_depth, double y) {
+        Known& known = known_[index(patch)];
+        if (known.plane != plane_) find_lines(patch, inverse_depth, known);
+        const Line* const lines = lines_.data() + edges_.first[index(patch)];
+        double x = std::numeric_limits<double>::infinity();
+        for (std::uint32_t k = 0; k < known.line_count; ++k)
+            x = std::min(x, lines[k].at_zero + lines[k].slope * y);
+        return x;
+    }
+
+private:
+    struct Line {
+        double at_zero = 0.0, slope = 0.0;  ///< x = at_zero + slope y
+    };
+    struct Known {
+        std::uint64_t plane = 0;
+        std::uint32_t line_count = 0;
+    };
+
+    /// The point viewpoint + d / w of direction d = x right + y up + forward, w = dot(inverse_depth, d), lies
+    /// inside an edge if dot(inward, d) + w (dot(inward, viewpoint) - offset) >= 0: linear in x and y.
+    void find_lines(PatchId patch, const glm::dvec3& inverse_depth, Known& known) {
+        const std::uint32_t first = edges_.first[index(patch)], last = edges_.first[index(patch) + 1];
+        known = {plane_, 0};
+        for (std::uint32_t k = first; k < last; ++k) {
+            const PatchEdges::Edge& edge = edges_.edges[k];
+            const glm::dvec3 g =
+                edge.inward + (glm::dot(edge.inward, viewpoint_m_) - edge.offset_m) * inverse_depth;
+            const double g_x = glm::dot(g, axes_.right), g_y = glm::dot(g, axes_.up);
+            // An edge along the rows is not left to the right.
+            if (g_x >= -1e-14 * std::abs(g_y)) continue;
+            lines_[first + known.line_count++] = {-glm::dot(g, axes_.forward) / g_x, -g_y / g_x};
+        }
+    }
+
+    const PatchEdges& edges_;
+    std::vector<Line> lines_;   ///< as edges_.edges
+    std::vector<Known> known_;  ///< [patches]
+    std::uint64_t plane_ = 0;
+    glm::dvec3 viewpoint_m_{};
+    ProjectionAxes axes_;
 };
 
 /// Form factors summed per patch. Sparse: clearing costs what was touched.
@@ -123,23 +197,11 @@ private:
 class HemicubeVisibility final : public Visibility {
 public:
     HemicubeVisibility(const Building& building, const PatchGrid& grid, const HemicubeOptions& options)
-        : options_(options),
-          facets_(building),
-          grid_(grid),
-          scratch_([count = grid.patches.size()] { return Scratch(count); }) {
+        : options_(options), facets_(building), grid_(grid), edges_(grid), scratch_([this] {
+              return Scratch(grid_.patches.size(), edges_);
+          }) {
         for (const Face& face : building.faces)
             face_tangents_.push_back(face.frame.u_m);
-        for (std::size_t i = 0; i < grid.patches.size(); ++i) {
-            const std::span<const glm::dvec3> corners_m = grid.polygon_of(make_id<PatchId>(i));
-            first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
-            for (std::size_t k = 0; k < corners_m.size(); ++k) {
-                const glm::dvec3 along = corners_m[(k + 1) % corners_m.size()] - corners_m[k];
-                const glm::dvec3 inward = glm::cross(grid.patches[i].normal, along);
-                edges_.push_back({inward, glm::dot(inward, corners_m[k])});
-            }
-        }
-        first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
-
         if (options.surface == ProjectionSurface::hemicube) {
             front_ = hemicube_top_cells(options.resolution);
             side_ = hemicube_side_cells(options.resolution);
@@ -243,10 +305,11 @@ private:
     };
 
     struct Scratch {
-        explicit Scratch(std::size_t patch_count) : sums(patch_count) {}
+        Scratch(std::size_t patch_count, const PatchEdges& edges) : sums(patch_count), exits(edges) {}
         FacetsAround facets;
         ItemBuffer buffer;
         PatchSums sums;
+        PatchExits exits;
         SeenAround seen;
     };
 
@@ -283,6 +346,7 @@ private:
             const ProjectionCells& cells = plane == 0 ? front_ : side_;
             const ProjectionAxes axes = axes_of(station, plane);
             scratch.buffer.draw(facets_, scratch.facets, axes, cells);
+            scratch.exits.begin(station.position_m, axes);
             for (int r = 0; r < cells.rows; ++r)
                 row.lost += add_cells(r, axes, cells, scratch);
         }
@@ -316,8 +380,8 @@ private:
                    const ProjectionCells& cells, Scratch& scratch) const {
         const glm::dvec3& eye_m = scratch.facets.viewpoint_m;
         const glm::dvec3& inverse_depth = scratch.facets[facet].inverse_depth;
-        const glm::dvec3 row_direction =
-            axes.forward + cells.row_centres[static_cast<std::size_t>(row)] * axes.up;
+        const double y = cells.row_centres[static_cast<std::size_t>(row)];
+        const glm::dvec3 row_direction = axes.forward + y * axes.up;
         const double w_0 = glm::dot(inverse_depth, row_direction), w_x = glm::dot(inverse_depth, axes.right);
         const float* const centres = cells.centres_of(row).data();
         const FaceId face = facets_[facet].face;
@@ -331,15 +395,8 @@ private:
                 lost += cells.weight(row, begin, next);
                 continue;
             }
-            double leaves_at = std::numeric_limits<double>::infinity();
-            for (std::uint32_t k = first_edge_[index(patch)]; k < first_edge_[index(patch) + 1]; ++k) {
-                const PatchEdge& edge = edges_[k];
-                const double eye_inside = glm::dot(edge.inward, eye_m) - edge.offset_m;
-                const double g_0 = glm::dot(edge.inward, row_direction) + eye_inside * w_0;
-                const double g_x = glm::dot(edge.inward, axes.right) + eye_inside * w_x;
-                if (g_x < 0) leaves_at = std::min(leaves_at, -g_0 / g_x);
-            }
-            next = std::clamp(cells.columns_before(row, leaves_at), begin + 1, end);
+            const double leaves_at = scratch.exits.at(patch, inverse_depth, y);
+            next = std::clamp(cells.columns_before(row, leaves_at, begin + 1), begin + 1, end);
             scratch.sums.add(patch, cells.weight(row, begin, next));
         }
         return lost;
@@ -349,9 +406,8 @@ private:
     FacetSet facets_;
     PatchGrid grid_;
     std::vector<glm::dvec3> face_tangents_;  ///< [faces]
-    std::vector<PatchEdge> edges_;
-    std::vector<std::uint32_t> first_edge_;  ///< edges of patch i: [first_edge_[i], first_edge_[i + 1])
-    double half_side_ = 1.0;                 ///< of the plane before the point, at distance 1
+    PatchEdges edges_;
+    double half_side_ = 1.0;  ///< of the plane before the point, at distance 1
     double truncated_ = 0.0;
     ProjectionCells front_, side_;
     mutable ThreadScratch<Scratch> scratch_;

@@ -57,11 +57,13 @@ struct Bounds {
 /// equal bits and tie.
 void fill(float* __restrict inverse_depth, FacetId* __restrict items, const float* __restrict x, int count,
           float at_origin, float by_x, FacetId facet) {
+    const auto id = static_cast<std::uint32_t>(facet);
     for (int k = 0; k < count; ++k) {
         const float candidate = at_origin + by_x * x[k];
-        const bool nearer = candidate > inverse_depth[k];
-        inverse_depth[k] = nearer ? candidate : inverse_depth[k];
-        items[k] = nearer ? facet : items[k];
+        // A mask, because gcc makes branches of two conditional stores and then vectorises neither.
+        const std::uint32_t nearer = candidate > inverse_depth[k] ? ~0u : 0u;
+        items[k] = static_cast<FacetId>((static_cast<std::uint32_t>(items[k]) & ~nearer) | (id & nearer));
+        inverse_depth[k] = std::max(candidate, inverse_depth[k]);
     }
 }
 
@@ -108,8 +110,9 @@ void ItemBuffer::draw_facet(const FacetsAround::Entry& entry, std::span<const gl
     // A direction (x, y, 1) meets the facet if it lies inside the plane through the viewpoint and each edge:
     // g_x x + g_y y + g_1 >= 0, g = the cross product of the edge's ends. Such an edge bounds a row from one
     // side.
-    std::fill(left_.begin() + begin, left_.begin() + end, -infinity);
-    std::fill(right_.begin() + begin, right_.begin() + end, infinity);
+    double *const left = left_.data(), *const right = right_.data();
+    std::fill(left + begin, left + end, -infinity);
+    std::fill(right + begin, right + end, infinity);
     for (std::size_t k = 0; k < corners_.size(); ++k) {
         const glm::dvec3 g =
             entry.winding * glm::cross(corners_[k], corners_[k + 1 < corners_.size() ? k + 1 : 0]);
@@ -125,20 +128,21 @@ void ItemBuffer::draw_facet(const FacetsAround::Entry& entry, std::span<const gl
         const double slope = -g.y / g.x, at_zero = -constant / g.x;
         if (g.x > 0) {
             for (int row = begin; row < end; ++row)
-                left_[row] = std::max(left_[row], at_zero + slope * y[row]);
+                left[row] = std::max(left[row], at_zero + slope * y[row]);
         } else {
             for (int row = begin; row < end; ++row)
-                right_[row] = std::min(right_[row], at_zero + slope * y[row]);
+                right[row] = std::min(right[row], at_zero + slope * y[row]);
         }
     }
 
     const double w_x = glm::dot(entry.inverse_depth, axes.right),
                  w_y = glm::dot(entry.inverse_depth, axes.up),
                  w_1 = glm::dot(entry.inverse_depth, axes.forward);
+    int first = 0, last = cells.columns;
     for (int row = begin; row < end; ++row) {
-        if (!(left_[row] <= right_[row])) continue;
-        const int first = cells.columns_before(row, left_[row]),
-                  last = cells.columns_before(row, right_[row]);
+        if (!(left[row] <= right[row])) continue;
+        first = cells.columns_before(row, left[row], first);
+        last = cells.columns_before(row, right[row], last);
         const std::size_t offset =
             static_cast<std::size_t>(row - row_begin_) * columns_ + static_cast<std::size_t>(first);
         fill(inverse_depth_.data() + offset, items_.data() + offset, cells.centres_of(row).data() + first,

@@ -89,6 +89,7 @@ ProjectionCells uniform_cells(int columns, double x_begin, double x_end, int row
     ProjectionCells cells;
     cells.columns = columns;
     cells.rows = rows;
+    cells.columns_per_unit = columns / (x_end - x_begin);
     for (int k = 0; k <= columns; ++k)
         cells.column_lines.push_back(x_begin + (x_end - x_begin) * k / columns);
     for (int k = 0; k < columns; ++k) {
@@ -144,18 +145,6 @@ void weigh(ProjectionCells& cells, double (*corner)(double x, double y)) {
 }
 
 }  // namespace
-
-int ProjectionCells::columns_before(int row, double x) const {
-    if (!uniform) {
-        const std::span<const float> centres = centres_of(row);
-        return static_cast<int>(std::lower_bound(centres.begin(), centres.end(), x) - centres.begin());
-    }
-    const double columns_per_unit = columns / (column_lines.back() - column_lines.front());
-    const double position =
-        std::clamp((x - column_lines.front()) * columns_per_unit - 0.5, 0.0, static_cast<double>(columns));
-    const int whole = static_cast<int>(position);
-    return whole + (position > whole ? 1 : 0);
-}
 
 int ProjectionCells::row_of(double y) const {
     const auto above = std::upper_bound(row_lines.begin(), row_lines.end(), y);

@@ -12,6 +12,7 @@ namespace naturel {
 /// rows follow its coordinate y and columns its coordinate x, both increasing.
 struct ProjectionCells {
     int columns = 0, rows = 0;
+    double columns_per_unit = 0.0;      ///< of uniform columns
     bool uniform = true;                ///< every row has the same, equally wide columns
     std::vector<double> row_lines;      ///< [rows + 1]
     std::vector<double> row_centres;    ///< [rows]
@@ -30,8 +31,23 @@ struct ProjectionCells {
         return {column_centres.data() + (uniform ? 0 : static_cast<std::size_t>(row) * count), count};
     }
 
-    /// Number of columns of a row whose centre is left of x.
-    int columns_before(int row, double x) const;
+    /// Number of columns of a row whose centre is left of x. guess: where to look first, in [0, columns]; the
+    /// answer does not depend on it.
+    int columns_before(int row, double x, int guess) const {
+        if (!uniform) {
+            const float* const centres = centres_of(row).data();
+            while (guess < columns && centres[guess] < x)
+                ++guess;
+            while (guess > 0 && !(centres[guess - 1] < x))
+                --guess;
+            return guess;
+        }
+        const double position = (x - column_lines.front()) * columns_per_unit - 0.5;
+        if (!(position > 0)) return 0;
+        if (position >= columns) return columns;
+        const int whole = static_cast<int>(position);
+        return whole + (position > whole ? 1 : 0);
+    }
 
     /// The cell that contains a point; one outside the plane's cells by rounding counts to the outermost.
     int row_of(double y) const;
