@@ -12,7 +12,8 @@ struct Chromaticity {
     double x, y;
 };
 
-/// CIE standard illuminant D65, 2 degree observer, to the four digits that every definition of primaries uses.
+/// CIE standard illuminant D65, 2 degree observer, to the four digits that every definition of primaries
+/// uses.
 constexpr Chromaticity d65{0.3127, 0.3290};
 
 struct PrimaryChromaticities {
@@ -31,7 +32,8 @@ PrimaryChromaticities chromaticities(PrimariesName name) {
     std::abort();  // every name has returned
 }
 
-/// docs/method.md eq. (Colour 2): the column of each primary, scaled so that the three add up to D65 of Y = 1.
+/// docs/method.md eq. (Colour 2): the column of each primary, scaled so that the three add up to D65 of Y
+/// = 1.
 glm::dmat3 xyz_from_band_matrix(const PrimaryChromaticities& primary) {
     const glm::dmat3 unscaled(xyz_from_xyY(primary.red.x, primary.red.y, 1.0),
                               xyz_from_xyY(primary.green.x, primary.green.y, 1.0),
@@ -57,7 +59,9 @@ Primaries::Primaries(PrimariesName name)
       band_from_xyz_(glm::inverse(xyz_from_band_)),
       luminous_{xyz_from_band_[0].y, xyz_from_band_[1].y, xyz_from_band_[2].y} {}
 
-glm::dvec3 Primaries::xyz(const Band3& band) const { return xyz_from_band_ * glm::dvec3(band.r, band.g, band.b); }
+glm::dvec3 Primaries::xyz(const Band3& band) const {
+    return xyz_from_band_ * glm::dvec3(band.r, band.g, band.b);
+}
 
 Band3 Primaries::from_xyz(const glm::dvec3& xyz) const {
     const glm::dvec3 band = band_from_xyz_ * xyz;
@@ -82,8 +86,8 @@ FittedReflectance reflectance_from_xyY(const Primaries& primaries, double x, dou
     const double kept = std::min({saturation_that_fits(wanted.r, grey_level, max_reflectance),
                                   saturation_that_fits(wanted.g, grey_level, max_reflectance),
                                   saturation_that_fits(wanted.b, grey_level, max_reflectance)});
-    // docs/method.md eq. (Colour 5). The clamp removes rounding, and the surplus of a Y above max_reflectance, which no
-    // desaturation can fit.
+    // docs/method.md eq. (Colour 5). The clamp removes rounding, and the surplus of a Y above
+    // max_reflectance, which no desaturation can fit.
     const auto fitted = [&](double band) {
         return std::clamp(grey_level + kept * (band - grey_level), 0.0, max_reflectance);
     };
