@@ -74,7 +74,8 @@ ApertureLight::ApertureLight(const Scene& scene, const Building& building, const
 
 IncomingLight ApertureLight::along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
                                    std::size_t through) const {
-    IncomingLight light{.seen = seen};
+    IncomingLight light;
+    light.seen = seen;
     bool is_sky = false;
     const LightBySource luminance =
         outdoor_luminance(outdoors_, building_, grid_, from_m, direction, seen, &is_sky);
