@@ -36,7 +36,8 @@ inline CsvTable read_csv(const std::string& file_name) {
     const auto cells = [](const std::string& line) {
         std::vector<std::string> out;
         std::istringstream stream(line);
-        for (std::string cell; std::getline(stream, cell, ',');) out.push_back(cell);
+        for (std::string cell; std::getline(stream, cell, ',');)
+            out.push_back(cell);
         return out;
     };
     CsvTable table;
