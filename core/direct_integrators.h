@@ -54,31 +54,35 @@ struct ArticleScratch {
     std::vector<glm::dvec3> polygon, clipped;
 };
 
-/// Memory of one thread for integrate_adaptively().
+/// Memory of one thread for integrate_adaptively(): a mesh of directions.
 struct AdaptiveScratch {
-    /// A direction in which light is sampled.
-    struct Sample {
-        double density = 0.0;  ///< of projected solid angle, on the plane of the element it was made for
-        IncomingLight light;
+    static constexpr std::uint32_t none = 0xffff'ffffu;
+
+    /// An arc between two samples, with a sample half way.
+    struct Edge {
+        std::uint32_t a = 0, b = 0, middle = 0;
+        std::uint32_t halves = none;  ///< first of two edges: from a to the middle, and on to b
     };
-    /// A triangle of directions. Its corners are vectors on the plane of the first element it stems from.
+    /// A triangle, counter-clockwise; edge k goes from corner k to corner k + 1, in either direction. Neighbours share
+    /// edges, and so samples.
     struct Element {
-        std::array<glm::dvec3, 3> corners{};
-        double projected_solid_angle_sr = 0.0;
+        std::array<std::uint32_t, 3> corners{}, edges{};
         std::size_t aperture = 0;
-        /// At the centroid, and at the centroids of the three corner triangles of its division in four.
-        std::array<std::uint32_t, 4> samples{};
-        std::array<double, 4> weights_sr{};  ///< of the samples; their sum is the projected solid angle
-        double illuminance_lx = 0.0;         ///< mean of the bands
+        double scale = 1.0;  ///< makes up for what the inset of the samples took from the aperture
+        double projected_solid_angle_sr = 0.0;
+        std::array<double, 3> corner_weights_sr{}, middle_weights_sr{};
+        double illuminance_lx = 0.0;  ///< mean of the bands
         double error_lx = 0.0;
     };
     std::vector<Element> elements;
-    std::vector<Sample> samples;
-    std::vector<glm::dvec3> directions;  ///< [samples]
-    std::vector<FacetId> seen;           ///< [samples]
-    std::vector<std::uint32_t> fresh;    ///< elements not yet evaluated
+    std::vector<Edge> edges;
+    std::vector<glm::dvec3> directions;   ///< of the samples; unit
+    std::vector<std::size_t> apertures;   ///< [samples]
+    std::vector<FacetId> seen;            ///< [samples]
+    std::vector<IncomingLight> light;     ///< [samples]
+    std::vector<std::uint32_t> fresh;     ///< elements to be estimated
     std::vector<std::uint32_t> order;
-    std::vector<glm::dvec3> polygon, clipped, above;
+    std::vector<glm::dvec3> polygon, clipped, half;
 };
 
 /// The article's rule: 16, 64 or 256 aperture elements, 256 sky zones close to an aperture.
