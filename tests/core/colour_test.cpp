@@ -187,6 +187,9 @@ TEST_CASE("the sRGB curve is continuous, clamps, and meets its published points"
     CHECK_THAT(srgb_curve(7.0), WithinAbs(1.0, 1e-15));
     // Middle grey, 18 %: 1.055 x 0.18^(1/2.4) - 0.055.
     CHECK_THAT(srgb_curve(0.18), WithinAbs(0.4613561, 1e-7));
+    // On either side of the joint, where line and power part by less than 1e-4.
+    CHECK_THAT(srgb_curve(0.003), WithinAbs(12.92 * 0.003, 1e-15));
+    CHECK_THAT(srgb_curve(0.0035), WithinAbs(0.0449879071, 1e-10));
     // The standard's rounded constants leave a step of 3e-8 at the joint.
     CHECK_THAT(srgb_curve(0.0031308 + 1e-12), WithinAbs(srgb_curve(0.0031308), 1e-7));
 }
