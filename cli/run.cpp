@@ -56,6 +56,19 @@ Scene read_scene_with_overrides(const RunOptions& options) {
     return scene;
 }
 
+/// The reader limits the grid that a scene file asks for; this does it for --grid-spacing.
+void refuse_too_fine_grid(const Building& building, const RunOptions& options) {
+    if (!options.grid_spacing_m) return;
+    constexpr double most_patches = 2e7;
+    double patches = 0.0;
+    for (const Facet& facet : building.facets)
+        if (facet.environment == Environment::indoor)
+            patches += facet.area_m2 / (*options.grid_spacing_m * *options.grid_spacing_m);
+    if (patches > most_patches)
+        throw InputError("--grid-spacing", fmt::format("{} m makes about {:.2g} patches indoors (at most {:.2g})",
+                                                       *options.grid_spacing_m, patches, most_patches));
+}
+
 /// A file name for each view: its id without what could leave the folder or upset a shell or another file
 /// system. Different ids get different names, also where upper and lower case are the same.
 std::vector<std::string> view_file_stems(const std::vector<View>& views) {
@@ -196,6 +209,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);
+    refuse_too_fine_grid(building, options);
     shared_clock.end_stage("assembly");
     const PatchGrid grid = make_patch_grid(building, scene.grid);
     stop_if_interrupted(progress);

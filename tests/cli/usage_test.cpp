@@ -95,3 +95,11 @@ TEST_CASE("an output folder that cannot be written is refused before anything is
                   (folder / "file").string());
     CHECK(content_of(folder / "file") == "keep me");
 }
+
+TEST_CASE("a grid too fine for any machine is refused", "[cli]") {
+    const TemporaryFolder folder;
+    write(folder / "room.json", small_room);
+    check_failure(run_naturel({"run", (folder / "room.json").string(), "--out", (folder / "out").string(),
+                               "--grid-spacing", "0.001"}),
+                  3, "--grid-spacing");
+}
