@@ -59,7 +59,7 @@ Scene read_scene_with_overrides(const RunOptions& options) {
 /// The reader limits the grid that a scene file asks for; this does it for --grid-spacing.
 void refuse_too_fine_grid(const Building& building, const RunOptions& options) {
     if (!options.grid_spacing_m) return;
-    constexpr double most_patches = 2e7;
+    constexpr double most_patches = 1e7;
     double patches = 0.0;
     for (const Facet& facet : building.facets)
         if (facet.environment == Environment::indoor)
