@@ -21,22 +21,22 @@ struct FaceFrame {
 /// One side of a face of a polyhedron or polygon, with what is left of it after assembly.
 /// An aperture is a face too (material unused): the grid and the radiosity treat its room side as a surface.
 struct Face {
-    std::string name;  ///< "room/bottom", a polygon's id, or an aperture's name; unique
-    FaceFrame frame;
+    std::string name{};  ///< "room/bottom", a polygon's id, or an aperture's name; unique
+    FaceFrame frame{};
     glm::dvec3 normal{};  ///< unit length, towards the air (aperture: towards the indoor air it belongs to)
     Environment environment = Environment::indoor;
     MaterialId material{};
-    std::optional<ApertureId> aperture;
+    std::optional<ApertureId> aperture{};
     /// An inner aperture has two faces, one for each room; this is the other one.
-    std::optional<FaceId> other_side;
-    PlaneFrame plane;  ///< plane.normal == normal
-    Region region;     ///< what is left of the face, in `plane`
+    std::optional<FaceId> other_side{};
+    PlaneFrame plane{};  ///< plane.normal == normal
+    Region region{};     ///< what is left of the face, in `plane`
 };
 
 /// A plane convex polygon that separates air from solid (or, for apertures, indoor air from outdoor air).
 struct Facet {
     FaceId face{};
-    std::vector<glm::dvec3> vertices_m;  ///< counter-clockwise seen from the air
+    std::vector<glm::dvec3> vertices_m{};  ///< counter-clockwise seen from the air
     glm::dvec3 normal{};                 ///< unit length, towards the air
     double area_m2 = 0.0;
     Environment environment = Environment::indoor;
@@ -45,11 +45,11 @@ struct Facet {
 
 /// A connected opening between indoor and outdoor air (or between two rooms: inner).
 struct Aperture {
-    std::string name;
+    std::string name{};
     GlazingId glazing{};
     bool inner = false;
     FaceId face{};                ///< its room side; of an inner aperture, one of the two
-    std::vector<FacetId> facets;  ///< convex parts of `face`
+    std::vector<FacetId> facets{};  ///< convex parts of `face`
     glm::dvec3 normal{};          ///< unit length, = normal of `face`, into the room
     glm::dvec3 centroid_m{};
     double area_m2 = 0.0;
@@ -57,9 +57,9 @@ struct Aperture {
 
 /// What assemble() makes of a scene: geometry only, no light. Environment and materials refer to the scene.
 struct Building {
-    std::vector<Face> faces;
-    std::vector<Facet> facets;  ///< opaque ones first, then the parts of apertures
-    std::vector<Aperture> apertures;
+    std::vector<Face> faces{};
+    std::vector<Facet> facets{};  ///< opaque ones first, then the parts of apertures
+    std::vector<Aperture> apertures{};
     double ground_z_m = 0.0;
     double indoor_air_volume_m3 = 0.0;  ///< by the divergence theorem over indoor facets and apertures
 };

@@ -14,16 +14,16 @@ enum class IndirectMethod {
 };
 
 struct DaylightOptions {
-    FormFactorOptions form_factors;
-    RadiosityOptions radiosity;
+    FormFactorOptions form_factors{};
+    RadiosityOptions radiosity{};
     IndirectMethod node_indirect = IndirectMethod::patch;
     IndirectMethod sensor_indirect = IndirectMethod::gather;
 };
 
 /// Light on a point: a node or a sensor.
 struct PointIlluminance {
-    DirectIlluminance direct;
-    LightBySource indirect_lx;  ///< internally reflected component (IRC)
+    DirectIlluminance direct{};
+    LightBySource indirect_lx{};  ///< internally reflected component (IRC)
 
     Band3 total_lx() const { return direct.by_source().total() + indirect_lx.total(); }
     /// What the sky causes, directly and by reflection: the numerator of the daylight factor.
@@ -33,14 +33,14 @@ struct PointIlluminance {
 /// The daylight in a building by one visibility method.
 struct DaylightSolution {
     OutdoorLight outdoors;
-    std::vector<PointIlluminance> nodes;              ///< [grid.nodes]
-    std::vector<LightBySource> patch_direct_lx;       ///< [gather_patch_count], mean over the patch
-    std::vector<DirectIlluminance> patch_components;  ///< [gather_patch_count], the same by component
-    std::vector<Sensor> sensors;
-    std::vector<PointIlluminance> sensor_values;      ///< [sensors]
-    RadiositySolution radiosity;
-    FormFactorQuality form_factor_quality;
-    std::vector<std::pair<std::string, double>> stage_seconds;  ///< wall clock, in the order of the stages
+    std::vector<PointIlluminance> nodes{};              ///< [grid.nodes]
+    std::vector<LightBySource> patch_direct_lx{};       ///< [gather_patch_count], mean over the patch
+    std::vector<DirectIlluminance> patch_components{};  ///< [gather_patch_count], the same by component
+    std::vector<Sensor> sensors{};
+    std::vector<PointIlluminance> sensor_values{};      ///< [sensors]
+    RadiositySolution radiosity{};
+    FormFactorQuality form_factor_quality{};
+    std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
 };
 
 /// The whole calculation but for assembly and grid.

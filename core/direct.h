@@ -9,9 +9,9 @@ namespace naturel {
 
 /// Direct illuminance of a point indoors, by origin, before any reflection inside.
 struct DirectIlluminance {
-    Band3 sky_lx;             ///< sky component
-    Band3 sun_lx;             ///< straight from the sun
-    LightBySource outdoor_lx; ///< externally reflected component (ERC): ground and outdoor facets
+    Band3 sky_lx{};             ///< sky component
+    Band3 sun_lx{};             ///< straight from the sun
+    LightBySource outdoor_lx{}; ///< externally reflected component (ERC): ground and outdoor facets
 
     LightBySource by_source() const { return {sky_lx + outdoor_lx.sky, sun_lx + outdoor_lx.other}; }
 };

@@ -21,10 +21,10 @@ struct FormFactorQuality {
 
 /// All rows of a building in compressed rows. Geometry alone: one set serves every sky, sun, reflectance and band.
 struct FormFactors {
-    std::vector<std::uint64_t> row_begin;  ///< [gather_patch_count + 1]
-    std::vector<std::uint32_t> column;     ///< [entries], increasing in a row
-    std::vector<double> value;             ///< [entries], F_ij
-    FormFactorQuality quality;
+    std::vector<std::uint64_t> row_begin{};  ///< [gather_patch_count + 1]
+    std::vector<std::uint32_t> column{};     ///< [entries], increasing in a row
+    std::vector<double> value{};             ///< [entries], F_ij
+    FormFactorQuality quality{};
 
     std::size_t row_count() const { return row_begin.empty() ? 0 : row_begin.size() - 1; }
 };

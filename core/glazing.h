@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "core/band3.h"
 #include "core/scene.h"
 
@@ -16,10 +18,10 @@ public:
     Band3 diffuse_transmittance() const { return diffuse_; }
 
 private:
-    Band3 angular(double cos_incidence) const;
-
-    Glazing glazing_;
-    Band3 pane_internal_transmittance_{};  // tn of one pane per band: fresnel law only
+    AngularLaw law_;
+    Band3 normal_;  // transmittance at normal incidence, maintenance and frame included
+    std::vector<Band3>
+        table_;  // fresnel law only: against the root of the cosine, maintenance and frame included
     Band3 diffuse_{};
 };
 
@@ -32,7 +34,8 @@ struct SlabResponse {
 /// internal_transmittance: share that survives one perpendicular passage through the glass alone, [0, 1].
 SlabResponse slab_response(double cos_incidence, double internal_transmittance, double n);
 
-/// Unpolarised transmittance of `panes` identical slabs behind each other, all reflections between them counted.
+/// Unpolarised transmittance of `panes` identical slabs behind each other, all reflections between them
+/// counted.
 double multi_pane_transmittance(double cos_incidence, double internal_transmittance, int panes, double n);
 
 }  // namespace naturel

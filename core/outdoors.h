@@ -13,8 +13,8 @@ namespace naturel {
 
 /// Light kept apart by what it stems from: the daylight factor wants the sky alone.
 struct LightBySource {
-    Band3 sky;    ///< from the sky, directly or after reflections
-    Band3 other;  ///< from the sun and from emitting surfaces
+    Band3 sky{};    ///< from the sky, directly or after reflections
+    Band3 other{};  ///< from the sun and from emitting surfaces
 
     LightBySource& operator+=(const LightBySource& o) { return sky += o.sky, other += o.other, *this; }
     friend LightBySource operator+(LightBySource a, const LightBySource& b) { return a += b; }
@@ -27,8 +27,8 @@ struct OutdoorLight {
     Sky sky;
     glm::dvec3 sun_direction{0, 0, 1};        ///< unit, towards the sun
     double direct_normal_illuminance_lx = 0;  ///< 0 when there is no sun or it is below the horizon
-    LightBySource ground_luminance_cd_m2;
-    std::vector<LightBySource> patch_luminance_cd_m2;  ///< [patch], filled for outdoor patches only
+    LightBySource ground_luminance_cd_m2{};
+    std::vector<LightBySource> patch_luminance_cd_m2{};  ///< [patch], filled for outdoor patches only
 
     Illuminance horizontal_illuminance() const { return sky.horizontal_illuminance(); }  ///< the sun excluded
 };
@@ -48,7 +48,7 @@ LightBySource outdoor_luminance(const OutdoorLight& light, const Building& build
 /// one towards the sun.
 struct OutdoorIlluminance {
     Band3 sky_lx, sun_lx;
-    LightBySource reflected_lx;
+    LightBySource reflected_lx{};
 };
 OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
                                        const Visibility& visibility, const GatherPoint& point);

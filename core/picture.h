@@ -8,7 +8,7 @@ namespace naturel {
 /// A picture of the solution: luminance per band, cd/m2, rows from the top.
 struct Picture {
     int width = 0, height = 0;
-    std::vector<Band3> luminance_cd_m2;  ///< [width x height]
+    std::vector<Band3> luminance_cd_m2{};  ///< [width x height]
 };
 
 /// Draws a view: surfaces with illuminance interpolated over each patch, and sky, ground and outdoor surfaces as seen

@@ -14,22 +14,22 @@ struct RadiosityOptions {
 
 /// What a surface does with light, per patch.
 struct PatchOptics {
-    Band3 reflectance;
-    Band3 transmittance;           ///< diffuse, to `behind`; inner apertures only
+    Band3 reflectance{};
+    Band3 transmittance{};           ///< diffuse, to `behind`; inner apertures only
     PatchId behind = PatchId::none;
-    Band3 exitance_lm_m2;          ///< emitted by itself
+    Band3 exitance_lm_m2{};          ///< emitted by itself
 };
 
 struct RadiositySolution {
-    std::vector<LightBySource> exitance_lm_m2;          ///< [gather_patch_count]
-    std::vector<LightBySource> indirect_illuminance_lx; ///< [gather_patch_count], the IRC
+    std::vector<LightBySource> exitance_lm_m2{};          ///< [gather_patch_count]
+    std::vector<LightBySource> indirect_illuminance_lx{}; ///< [gather_patch_count], the IRC
     int iterations = 0;
     double relative_residual = 0.0;
     bool converged = false;
     /// Luminous flux, lm, summed over both sources with the weights of the primaries left out (per band).
-    Band3 flux_in_lm;        ///< direct light on surfaces + light emitted by them
-    Band3 flux_absorbed_lm;  ///< by surfaces, and out through apertures
-    Band3 flux_lost_lm;      ///< through leaks and truncation, sum B A (1 - row sum)
+    Band3 flux_in_lm{};        ///< direct light on surfaces + light emitted by them
+    Band3 flux_absorbed_lm{};  ///< by surfaces, and out through apertures
+    Band3 flux_lost_lm{};      ///< through leaks and truncation, sum B A (1 - row sum)
 };
 
 /// Solves E_ind,i = sum_j F_ij B_j, B_j = M_j + rho_j (E_dir,j + E_ind,j) [+ light transmitted from behind], per band and

@@ -16,7 +16,7 @@ enum class Environment { indoor, outdoor };
 
 /// An opaque, diffuse (Lambert) surface.
 struct Material {
-    std::string name;
+    std::string name{};
     Band3 reflectance = grey(0.5);  ///< 1, each band in [0, 0.99]
     Band3 exitance_lm_m2{};         ///< light the surface emits by itself, lm/m2
 };
@@ -31,7 +31,7 @@ enum class AngularLaw {
 
 /// What fills an aperture.
 struct Glazing {
-    std::string name;
+    std::string name{};
     Band3 normal_transmittance = grey(1.0);  ///< of the whole unit at normal incidence, each band in [0, 1]
     int panes = 1;                           ///< identical panes behind each other; shapes the Fresnel law
     AngularLaw angular_law = AngularLaw::fresnel;
@@ -48,28 +48,28 @@ enum class Effect {
 
 /// What the file says about one face of a polyhedron; empty = as the whole polyhedron.
 struct FaceFinish {
-    std::optional<MaterialId> material;
-    std::optional<GlazingId> glazing;
+    std::optional<MaterialId> material{};
+    std::optional<GlazingId> glazing{};
 };
 
 /// vertices_m: an origin O and the ends A, B, C of its three edges. A prism's base is the triangle O, A, B and OC
 /// extrudes it. Faces are numbered as in polyhedron_faces() (core/polyhedra.h).
 struct Polyhedron {
-    std::string id;
+    std::string id{};
     PolyhedronKind kind = PolyhedronKind::parallelepiped;
     Effect effect = Effect::fill;
     std::array<glm::dvec3, 4> vertices_m{};
     MaterialId material{};
-    std::optional<GlazingId> glazing;  ///< of apertures this polyhedron opens; unglazed if empty
+    std::optional<GlazingId> glazing{};  ///< of apertures this polyhedron opens; unglazed if empty
     std::array<FaceFinish, 6> faces{};
 };
 
 /// A plane surface without thickness, e.g. from an imported model. Counter-clockwise seen from its lit side.
 /// Its back is opaque and black unless two_sided.
 struct SurfacePolygon {
-    std::string id;
-    std::vector<glm::dvec3> vertices_m;            ///< at least 3, plane, simple
-    std::vector<std::vector<glm::dvec3>> holes_m;  ///< each at least 3, in the same plane
+    std::string id{};
+    std::vector<glm::dvec3> vertices_m{};            ///< at least 3, plane, simple
+    std::vector<std::vector<glm::dvec3>> holes_m{};  ///< each at least 3, in the same plane
     MaterialId material{};
     Environment side = Environment::indoor;
     bool two_sided = false;
@@ -77,9 +77,9 @@ struct SurfacePolygon {
 
 /// An opening given as a polygon. Counter-clockwise seen from indoors. It is cut out of coplanar SurfacePolygons.
 struct AperturePolygon {
-    std::string id;
-    std::vector<glm::dvec3> vertices_m;
-    std::vector<std::vector<glm::dvec3>> holes_m;
+    std::string id{};
+    std::vector<glm::dvec3> vertices_m{};
+    std::vector<std::vector<glm::dvec3>> holes_m{};
     GlazingId glazing{};
 };
 
@@ -94,8 +94,8 @@ enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
 /// The sky as the scene asks for it: a model, and one of the two levels.
 struct SkyDescription {
     SkyModel model = SkyModel::moon_spencer;
-    std::optional<double> zenith_luminance_cd_m2;
-    std::optional<double> horizontal_illuminance_lx;  ///< diffuse, unobstructed, without the sun
+    std::optional<double> zenith_luminance_cd_m2{};
+    std::optional<double> horizontal_illuminance_lx{};  ///< diffuse, unobstructed, without the sun
 };
 
 /// The sun in the frame of the model (site north already applied by the reader).
@@ -133,15 +133,15 @@ struct SensorGrid {
 };
 
 struct SensorSet {
-    std::string id;
-    std::optional<SensorGrid> grid;
-    std::vector<SensorPoint> points;  ///< used when there is no grid
+    std::string id{};
+    std::optional<SensorGrid> grid{};
+    std::vector<SensorPoint> points{};  ///< used when there is no grid
 };
 
 enum class ViewKind { perspective };
 
 struct View {
-    std::string id;
+    std::string id{};
     ViewKind kind = ViewKind::perspective;
     glm::dvec3 from_m{};
     glm::dvec3 to_m{0, 1, 0};
@@ -157,22 +157,22 @@ enum class PrimariesName { srgb, ebu, p22 };
 /// Everything a scene file says, checked and in SI units and radians. Built by read_scene().
 /// glazings[0] is always "unglazed" (transmittance 1).
 struct Scene {
-    std::string name;
+    std::string name{};
     double north_rad = 0.0;  ///< azimuth of the model's +y axis
-    std::vector<Material> materials;
-    std::vector<Glazing> glazings;
-    Ground ground;
-    std::vector<Polyhedron> polyhedra;  ///< in the order they are applied
-    std::vector<SurfacePolygon> polygons;
-    std::vector<AperturePolygon> apertures;
-    SkyDescription sky;
-    std::optional<SunDescription> sun;
-    GridOptions grid;
-    DirectOptions direct;
+    std::vector<Material> materials{};
+    std::vector<Glazing> glazings{};
+    Ground ground{};
+    std::vector<Polyhedron> polyhedra{};  ///< in the order they are applied
+    std::vector<SurfacePolygon> polygons{};
+    std::vector<AperturePolygon> apertures{};
+    SkyDescription sky{};
+    std::optional<SunDescription> sun{};
+    GridOptions grid{};
+    DirectOptions direct{};
     PrimariesName primaries = PrimariesName::ebu;
-    std::vector<SensorSet> sensors;
-    std::vector<View> views;
-    std::string source_sha256;  ///< of the file's bytes, hex; identifies the input in results
+    std::vector<SensorSet> sensors{};
+    std::vector<View> views{};
+    std::string source_sha256{};  ///< of the file's bytes, hex; identifies the input in results
 };
 
 }  // namespace naturel

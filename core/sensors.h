@@ -10,8 +10,8 @@ namespace naturel {
 /// A sensor of a set, placed.
 struct Sensor {
     std::size_t set = 0;     ///< into Scene::sensors
-    std::string id;          ///< "work plane/12"
-    GatherPoint point;
+    std::string id{};          ///< "work plane/12"
+    GatherPoint point{};
     Medium medium = Medium::indoor_air;
 };
 

@@ -20,8 +20,8 @@ struct GatherPoint {
 
 /// One sparse row of form factors.
 struct FormFactorRow {
-    std::vector<PatchId> patches;  ///< increasing
-    std::vector<double> values;    ///< F > 0, same order
+    std::vector<PatchId> patches{};  ///< increasing
+    std::vector<double> values{};    ///< F > 0, same order
     double lost = 0.0;             ///< share that met nothing (a leak, a crack, the back of a one-sided polygon)
     double truncated = 0.0;        ///< share the method does not look at (outside a single plane's square)
 
