@@ -1,4 +1,6 @@
 #pragma once
+#include <vector>
+
 #include "core/band3.h"
 #include "core/scene.h"
 
@@ -16,10 +18,9 @@ public:
     Band3 diffuse_transmittance() const { return diffuse_; }
 
 private:
-    Band3 angular(double cos_incidence) const;
-
-    Glazing glazing_;
-    Band3 pane_internal_transmittance_{};  // tn of one pane per band: fresnel law only
+    AngularLaw law_;
+    Band3 normal_;              // at normal incidence, maintenance and frame included
+    std::vector<Band3> table_;  // the same at equal steps of the root of the cosine; fresnel law only
     Band3 diffuse_{};
 };
 

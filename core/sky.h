@@ -24,8 +24,17 @@ public:
 private:
     double relative_luminance(const glm::dvec3& direction) const;  // luminance / zenith luminance
 
+    /// Scattering of the clear skies, A + B exp(-3 chi) + C cos^2 chi at the angle chi from the sun, divided
+    /// by what makes the relative luminance 1 at the zenith.
+    struct Indicatrix {
+        double a = 0.0, b = 0.0, c = 0.0;
+    };
+    double clear_relative_luminance(double sin_altitude, double cos_from_sun) const;
+    double clear_horizontal_per_zenith() const;
+
     SkyModel model_;
     glm::dvec3 sun_direction_;
+    Indicatrix indicatrix_;
     Luminance zenith_luminance_;
     Illuminance horizontal_illuminance_;
 };
