@@ -308,7 +308,7 @@ TEST_CASE("a row's cells fall on the patches that rays through their centres mee
             const PatchId seen = room.grid.patch_at(face, point_m);
             expected[index(seen)] += weight;
             compared += weight;
-            if (hit.edge_margin_rad < 1e-7) {
+            if (hit.edge_margin_rad < 1e-6) {
                 doubtful[index(seen)] += weight;
                 for (std::size_t k = 0; k < doubtful.size(); ++k)
                     doubtful[k] = std::max(doubtful[k], weight);
@@ -483,7 +483,7 @@ TEST_CASE("every pixel shows the facet that a ray through its centre meets", "[h
                 tests::cast_ray(room.building, view.from_m, camera.direction(column + 0.5, row + 0.5));
             const FacetId shown = seen[static_cast<std::size_t>(row * view.width + column)];
             open += shown == FacetId::none;
-            if (hit.edge_margin_rad < 1e-7) {
+            if (hit.edge_margin_rad < 1e-6) {
                 ++undecided;
             } else {
                 wrong += shown != hit.facet;
