@@ -16,10 +16,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// the back of a solid must not show along its outline.
 constexpr double crack_m = 1e-8;
 
-/// The same for rounding in here, as a share of the plane's extent; about 1e-7 of a cell. Rounding is 1e-16,
-/// magnified up to 1e7 times where an edge is seen almost along itself.
-constexpr double rounding = 1e-9;
-
 /// A pointed facet gets no spikes by being drawn wider: it ends at this distance from its bounds, as a share
 /// of the extent.
 constexpr double spike = 1e-6;
@@ -124,7 +120,7 @@ void ItemBuffer::draw_facet(const FacetsAround::Entry& entry, std::span<const gl
         const glm::dvec3 &a = corners_[k], &b = corners_[k + 1 < corners_.size() ? k + 1 : 0];
         const glm::dvec3 g = entry.winding * glm::cross(a, b);
         const double size = std::abs(g.x) * x_extent + std::abs(g.y) * y_extent + std::abs(g.z);
-        const double margin = rounding * size + crack_m * glm::distance(a, b) * (x_extent + y_extent + 1);
+        const double margin = crack_m * glm::distance(a, b) * (x_extent + y_extent + 1);
         const double constant = entry.from_behind ? g.z - margin : g.z + margin;
         if (std::abs(g.x) * x_extent <= 1e-14 * size) {  // along the rows: in or out as a whole
             while (begin < end && g.y * y[begin] + constant < 0)
