@@ -16,7 +16,7 @@ using Element = AdaptiveScratch::Element;
 // Before any light is looked at, elements are divided to these limits, lest a glazing bar or a piece of furniture fall
 // between the samples and an estimate from too few of them look converged. Found by trial (tests/core/direct_test.cpp).
 constexpr double first_edge = 0.5;          // longest edge, as a chord of the unit sphere
-constexpr double first_share = 1.0 / 16.0;  // of the projected solid angle of all apertures together
+constexpr double first_share = 1.0 / 64.0;  // of the projected solid angle of all apertures together
 
 /// Standard deviation of the share of a triangle that lies on one side of a random straight edge, as estimated from six
 /// samples that do not all agree. Measured; docs/method.md, "Direct illuminance".
@@ -66,6 +66,7 @@ public:
         do {
             look();
             for (const std::uint32_t i : mesh_.fresh) estimate(mesh_.elements[i]);
+            for (Element& element : mesh_.elements) learn_from_neighbours(element);
         } while (refine(tolerance));
         return total();
     }
@@ -206,14 +207,23 @@ private:
     void estimate(Element& element) const {
         const double whole_sr = element.projected_solid_angle_sr;
         if (whole_sr == 0.0) return;
+        const auto& [a, b, c] = element.corners;
+        const glm::dvec3 plane_normal = glm::cross(mesh_.directions[c] - mesh_.directions[a],
+                                                   mesh_.directions[b] - mesh_.directions[a]);
+        // Projected solid angle per area of the plane through the corners, up to a factor: cos / r^2 times an obliquity
+        // that goes with 1 / r, where r is inverse to how far a unit direction reaches towards the plane.
+        const auto density_of = [&](std::uint32_t sample) {
+            const double reach = glm::dot(plane_normal, mesh_.directions[sample]);
+            return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * reach * reach * reach;
+        };
         std::array<const IncomingLight*, 6> light{};
         std::array<double, 6> density{};
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t middle = mesh_.edges[element.edges[k]].middle;
             light[k] = &mesh_.light[element.corners[k]];
             light[k + 3] = &mesh_.light[middle];
-            density[k] = density_at(element, element.corners[k]);
-            density[k + 3] = density_at(element, middle);
+            density[k] = density_of(element.corners[k]);
+            density[k + 3] = density_of(middle);
         }
         constexpr double corner_share = 1.0 / 12.0, middle_share = 1.0 / 4.0;
         const double middles = density[3] + density[4] + density[5];
@@ -237,15 +247,19 @@ private:
         element.error_lx = smooth ? std::abs(by_middles - by_quarters) : edge_error * whole_sr * (high - low);
     }
 
-    /// Projected solid angle per area of the plane through the corners of an element, up to a factor: cos / r^2 times
-    /// an obliquity that is proportional to 1 / r, r being inverse to the height of the unit direction above
-    /// that plane's parallel through the point.
-    double density_at(const Element& element, std::uint32_t sample) const {
-        const auto& [a, b, c] = element.corners;
-        const glm::dvec3 plane_normal = glm::cross(mesh_.directions[c] - mesh_.directions[a],
-                                                   mesh_.directions[b] - mesh_.directions[a]);
-        const double height = glm::dot(plane_normal, mesh_.directions[sample]);
-        return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * height * height * height;
+    /// A neighbour that was divided has looked at quarter points of their common edge.
+    void learn_from_neighbours(Element& element) const {
+        const IncomingLight& own = mesh_.light[element.corners[0]];
+        for (const std::uint32_t edge : element.edges) {
+            const std::uint32_t halves = mesh_.edges[edge].halves;
+            if (halves == AdaptiveScratch::none) continue;
+            for (const std::uint32_t half : {halves, halves + 1}) {
+                const IncomingLight& quarter = mesh_.light[mesh_.edges[half].middle];
+                if (same_source(own, quarter)) continue;
+                element.error_lx = std::max(element.error_lx, edge_error * element.projected_solid_angle_sr *
+                                                                  std::abs(quarter.mean() - own.mean()));
+            }
+        }
     }
 
     /// Divides in four the elements that matter most; false when there is no need, or no budget.
