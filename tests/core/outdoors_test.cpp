@@ -63,8 +63,11 @@ TEST_CASE("open ground receives the sky's horizontal illuminance and the sun's",
     scene.sun = {.altitude_rad = 0.5, .azimuth_rad = 1.0, .direct_normal_illuminance_lx = 10.0};
     const Outdoors outdoors(scene);
     const OutdoorIlluminance open = outdoors.at({3, 4, 5}, {0, 0, 1});
-    // 1024 strata under a smooth sky; the cusp of a clear sky at the sun is less than one of them.
-    CHECK_THAT(open.sky_lx.g, WithinRel(1.0, 2e-3));
+    // 1024 strata, judged by their centres: uniform exact, Moon & Spencer 0.25 % (luminance falls steeply at the
+    // rim), clear 0.6 % (the peak around the sun is narrow).
+    CHECK_THAT(open.sky_lx.g, WithinRel(1.0, scene.sky.model == SkyModel::uniform        ? 1e-12
+                                             : scene.sky.model == SkyModel::moon_spencer ? 3e-3
+                                                                                         : 1e-2));
     CHECK_THAT(open.sun_lx.g, WithinRel(10.0 * std::sin(0.5), 1e-14));
     CHECK(open.reflected_lx.total() == Band3{});
     const double ground_lx = outdoors.light.ground_luminance_cd_m2.total().g * pi / 0.2;
