@@ -22,6 +22,12 @@ constexpr double first_share = 1.0 / 64.0;  // of the projected solid angle of a
 /// samples that do not all agree. Measured; docs/method.md, "Direct illuminance".
 constexpr double edge_error = 0.15;
 
+/// Crossings of an edge of what is seen with a side of an element are located to this share of the side.
+constexpr double crossing_width = 1.0 / 16.0;
+
+/// The same where the edge has been located on both sides that it crosses: it may still bend between them.
+constexpr double bent_error = 0.08;
+
 /// A point that sees nearly nothing need not know it more accurately than to this share of what its apertures would
 /// give it if nothing stood in the way.
 constexpr double negligible_share = 0.01;
@@ -38,6 +44,7 @@ constexpr double min_height_m = 1e-6;
 constexpr double inset = 2e-5;
 
 bool same_source(const IncomingLight& a, const IncomingLight& b) {
+    if (a.source_luminance == 0.0 && b.source_luminance == 0.0) return true;
     if (a.seen != b.seen || a.apertures_crossed != b.apertures_crossed) return false;
     return a.seen == FacetId::none || a.source_luminance == b.source_luminance;
 }
@@ -74,6 +81,7 @@ public:
         std::iota(mesh_.fresh.begin(), mesh_.fresh.end(), 0u);
         do {
             look();
+            locate_crossings();
             for (const std::uint32_t i : mesh_.fresh) estimate(mesh_.elements[i]);
             for (Element& element : mesh_.elements) learn_from_other_samples(element);
         } while (refine(tolerance));
@@ -162,6 +170,11 @@ private:
             const std::uint32_t first = add_edge(whole.a, whole.middle);
             add_edge(whole.middle, whole.b);
             mesh_.edges[edge].halves = first;
+            if (whole.high <= 0.5) {
+                mesh_.edges[first].low = 2.0 * whole.low, mesh_.edges[first].high = 2.0 * whole.high;
+            } else if (whole.low >= 0.5) {
+                mesh_.edges[first + 1].low = 2.0 * whole.low - 1.0, mesh_.edges[first + 1].high = 2.0 * whole.high - 1.0;
+            }
         }
         return mesh_.edges[edge].halves + (mesh_.edges[edge].a == end ? 0 : 1);
     }
@@ -233,10 +246,73 @@ private:
         }
     }
 
-    /// Where all samples see the same, light is smooth: the three middles integrate a quadratic exactly, and the
-    /// corners tell the error. Where they do not, an edge runs through: each of the four quarters has the mean of its
-    /// corners, and the error is what edges do on average.
+    /// The corner that one straight edge of what is seen would cut off, judging by the six samples; 3 if there is none.
+    std::size_t odd_corner(const Element& element) const {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const IncomingLight& odd = mesh_.light[element.corners[k]];
+            const IncomingLight& rest = mesh_.light[element.corners[(k + 1) % 3]];
+            const auto middle = [&](std::size_t side) -> const IncomingLight& {
+                return mesh_.light[mesh_.edges[element.edges[side % 3]].middle];
+            };
+            const auto is_either = [&](const IncomingLight& light) {
+                return same_source(light, odd) || same_source(light, rest);
+            };
+            if (!same_source(odd, rest) && same_source(mesh_.light[element.corners[(k + 2) % 3]], rest) &&
+                same_source(middle(k + 1), rest) && is_either(middle(k)) && is_either(middle(k + 2))) {
+                return k;
+            }
+        }
+        return 3;
+    }
+
+    /// On the sides of fresh elements with an odd corner, finds where what is seen changes, by bisection.
+    void locate_crossings() {
+        mesh_.crossed.clear();
+        for (const std::uint32_t i : mesh_.fresh) {
+            const Element& element = mesh_.elements[i];
+            const std::size_t odd = odd_corner(element);
+            if (odd == 3) continue;
+            for (const std::size_t side : {odd, (odd + 2) % 3}) {
+                const std::uint32_t id = element.edges[side];
+                if (mesh_.edges[id].low == 0.0 && mesh_.edges[id].high == 1.0) bisect(mesh_.edges[id], mesh_.edges[id].middle);
+                mesh_.crossed.push_back(id);
+            }
+        }
+        std::sort(mesh_.crossed.begin(), mesh_.crossed.end());
+        mesh_.crossed.erase(std::unique(mesh_.crossed.begin(), mesh_.crossed.end()), mesh_.crossed.end());
+        for (;;) {
+            std::erase_if(mesh_.crossed, [&](std::uint32_t id) {
+                return mesh_.edges[id].high - mesh_.edges[id].low <= crossing_width;
+            });
+            if (mesh_.crossed.empty() || mesh_.directions.size() + mesh_.crossed.size() > max_samples) return;
+            auto sample = static_cast<std::uint32_t>(mesh_.directions.size());
+            for (const std::uint32_t id : mesh_.crossed) {
+                const Edge& edge = mesh_.edges[id];
+                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.apertures[edge.a]);
+            }
+            look();
+            for (const std::uint32_t id : mesh_.crossed) bisect(mesh_.edges[id], sample++);
+        }
+    }
+
+    glm::dvec3 on_edge(const Edge& edge, double share) const {
+        return glm::normalize((1.0 - share) * mesh_.directions[edge.a] + share * mesh_.directions[edge.b]);
+    }
+
+    /// sample: half way between the bounds.
+    void bisect(Edge& edge, std::uint32_t sample) const {
+        const double middle = 0.5 * (edge.low + edge.high);
+        if (same_source(mesh_.light[sample], mesh_.light[edge.a])) edge.low = middle;
+        else if (same_source(mesh_.light[sample], mesh_.light[edge.b])) edge.high = middle;
+        else edge.low = edge.high = middle;
+    }
+
+    /// Weighs the samples of an element.
+    /// Where all see the same, light is smooth: the three middles integrate a quadratic exactly, and the corners tell
+    /// the error. Where one corner is odd, a straight edge between the two crossings divides the element. Else each of
+    /// its four quarters has the mean of its corners, and the error is what edges do on average.
     void estimate(Element& element) const {
+        element.cut_normal = {};
         const double whole_sr = element.projected_solid_angle_sr;
         if (whole_sr == 0.0) return;
         const auto& [a, b, c] = element.corners;
@@ -249,44 +325,84 @@ private:
             return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * reach * reach * reach;
         };
         std::array<const IncomingLight*, 6> light{};
-        std::array<double, 6> density{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t middle = mesh_.edges[element.edges[k]].middle;
-            light[k] = &mesh_.light[element.corners[k]];
-            light[k + 3] = &mesh_.light[middle];
-            density[k] = density_of(element.corners[k]);
-            density[k + 3] = density_of(middle);
+        std::array<double, 6> density{}, mean{};
+        bool smooth = true;
+        for (std::size_t k = 0; k < 6; ++k) {
+            const std::uint32_t sample = k < 3 ? element.corners[k] : mesh_.edges[element.edges[k - 3]].middle;
+            light[k] = &mesh_.light[sample];
+            density[k] = density_of(sample);
+            mean[k] = light[k]->mean();
+            smooth = smooth && same_source(*light[k], *light[0]);
         }
+        const auto [low, high] = std::minmax_element(mean.begin(), mean.end());
         constexpr double corner_share = 1.0 / 12.0, middle_share = 1.0 / 4.0;
         const double middles = density[3] + density[4] + density[5];
         const double all = corner_share * (density[0] + density[1] + density[2]) + middle_share * middles;
-        double low = std::numeric_limits<double>::infinity(), high = 0.0, by_middles = 0.0, by_quarters = 0.0;
-        bool smooth = true;
+        double by_quarters = 0.0;
         for (std::size_t k = 0; k < 6; ++k) {
-            const double mean = light[k]->mean();
-            low = std::min(low, mean);
-            high = std::max(high, mean);
-            smooth = smooth && same_source(*light[k], *light[0]);
-            by_quarters += whole_sr * (k < 3 ? corner_share : middle_share) * density[k] / all * mean;
-            if (k >= 3) by_middles += whole_sr * density[k] / middles * mean;
+            element.weights_sr[k] = whole_sr * (k < 3 ? corner_share : middle_share) * density[k] / all;
+            by_quarters += element.weights_sr[k] * mean[k];
         }
-        for (std::size_t k = 0; k < 3; ++k) {
-            element.corner_weights_sr[k] = smooth ? 0.0 : whole_sr * corner_share * density[k] / all;
-            element.middle_weights_sr[k] =
-                whole_sr * density[k + 3] * (smooth ? 1.0 / middles : middle_share / all);
+        element.error_lx = edge_error * whole_sr * (*high - *low);
+
+        const std::size_t odd = smooth ? 3 : odd_corner(element);
+        if (smooth) {
+            for (std::size_t k = 0; k < 6; ++k) element.weights_sr[k] = k < 3 ? 0.0 : whole_sr * density[k] / middles;
+        } else if (odd < 3) {
+            const Edge& edge_p = mesh_.edges[element.edges[odd]];
+            const Edge& edge_q = mesh_.edges[element.edges[(odd + 2) % 3]];
+            const double width_p = edge_p.high - edge_p.low, width_q = edge_q.high - edge_q.low;
+            if (width_p > 0.0 && width_q > 0.0 && width_p < 1.0 && width_q < 1.0) {
+                const std::uint32_t corner = element.corners[odd];
+                const double along_p = 0.5 * (edge_p.low + edge_p.high), along_q = 0.5 * (edge_q.low + edge_q.high);
+                const double s = edge_p.a == corner ? along_p : 1.0 - along_p;
+                const double t = edge_q.a == corner ? along_q : 1.0 - along_q;
+                const double p = density[(odd + 1) % 3], q = density[(odd + 2) % 3];
+                const double odd_density = density[odd] + (s * (p - density[odd]) + t * (q - density[odd])) / 3.0;
+                const double odd_share = std::min(1.0, s * t * odd_density / ((density[odd] + p + q) / 3.0));
+                std::array<bool, 6> is_odd{};
+                double odd_count = 0.0;
+                for (std::size_t k = 0; k < 6; ++k) {
+                    is_odd[k] = same_source(*light[k], *light[odd]);
+                    odd_count += is_odd[k] ? 1.0 : 0.0;
+                }
+                for (std::size_t k = 0; k < 6; ++k) {
+                    element.weights_sr[k] =
+                        whole_sr * (is_odd[k] ? odd_share / odd_count : (1.0 - odd_share) / (6.0 - odd_count));
+                }
+                const glm::dvec3 normal = glm::cross(on_edge(edge_p, along_p), on_edge(edge_q, along_q));
+                const double side = glm::dot(normal, mesh_.directions[corner]) < 0.0 ? -1.0 : 1.0;
+                element.cut_normal = side / glm::length(normal) * normal;
+                element.odd = corner;
+                element.error_lx = whole_sr * (*high - *low) *
+                                   std::sqrt((width_p * width_p * t * t + width_q * width_q * s * s) / 12.0 +
+                                             bent_error * bent_error);
+            }
         }
-        element.illuminance_lx = smooth ? by_middles : by_quarters;
-        element.error_lx = smooth ? std::abs(by_middles - by_quarters) : edge_error * whole_sr * (high - low);
+        element.illuminance_lx = 0.0;
+        for (std::size_t k = 0; k < 6; ++k) element.illuminance_lx += element.weights_sr[k] * mean[k];
+        if (smooth) element.error_lx = std::abs(element.illuminance_lx - by_quarters);
     }
 
-    /// The probe inside, or quarter points of an edge that a neighbour has looked at since it was divided, may tell that
-    /// an edge runs where the six samples did not see it.
+    /// The probe inside, or points of an edge that a neighbour has looked at since it was divided, may tell that an
+    /// edge runs otherwise than the six samples made believe.
     void learn_from_other_samples(Element& element) const {
+        const bool cut = element.cut_normal != glm::dvec3{};
         const auto learn_from = [&](std::uint32_t sample) {
-            const IncomingLight& own = mesh_.light[element.corners[0]];
-            const IncomingLight& other = mesh_.light[sample];
-            if (same_source(own, other)) return;
-            const double step = std::abs(other.mean() - own.mean());
+            std::uint32_t alike = element.corners[0];
+            if (cut) {
+                const double side = glm::dot(element.cut_normal, mesh_.directions[sample]);
+                const double margin = crossing_width * glm::length(mesh_.directions[element.corners[1]] -
+                                                                   mesh_.directions[element.corners[0]]);
+                if (std::abs(side) < margin) return;
+                alike = side > 0.0                           ? element.odd
+                        : element.odd == element.corners[0] ? element.corners[1]
+                                                            : element.corners[0];
+            }
+            const IncomingLight& expected = mesh_.light[alike];
+            const IncomingLight& found = mesh_.light[sample];
+            if (same_source(expected, found)) return;
+            const double step = std::abs(found.mean() - expected.mean());
             element.error_lx = std::max(element.error_lx, edge_error * element.projected_solid_angle_sr * step);
         };
         if (element.probe != AdaptiveScratch::none) learn_from(element.probe);
@@ -365,8 +481,8 @@ private:
         SkyAndOutdoors sum;
         for (const Element& element : mesh_.elements) {
             for (std::size_t k = 0; k < 3; ++k) {
-                sum.add(element.corner_weights_sr[k], mesh_.light[element.corners[k]]);
-                sum.add(element.middle_weights_sr[k], mesh_.light[mesh_.edges[element.edges[k]].middle]);
+                sum.add(element.weights_sr[k], mesh_.light[element.corners[k]]);
+                sum.add(element.weights_sr[k + 3], mesh_.light[mesh_.edges[element.edges[k]].middle]);
             }
         }
         return sum;
