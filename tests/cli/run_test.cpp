@@ -75,8 +75,8 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
     std::vector<std::string> expected;
     for (const std::string& backend : backends)
         for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "summary.json", "timings.json",
-                                 "views/_.._escape.exr", "views/_.._escape.png", "views/_.._escape_2.exr",
-                                 "views/_.._escape_2.png"})
+                                 "views/to__window.exr", "views/to__window.png", "views/to__Window_2.exr",
+                                 "views/to__Window_2.png"})
             expected.push_back(backend + "/" + name);
     if (backends.size() > 1) expected.push_back("hemicube_minus_embree.json");
     std::ranges::sort(expected);
