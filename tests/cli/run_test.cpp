@@ -156,16 +156,17 @@ TEST_CASE("the summary's statistics are those of the table of sensors", "[cli]")
 
 TEST_CASE("files have the same bytes for any number of threads and on a second run", "[cli]") {
     const SmallRoom room;
-    const std::string backend = GENERATE(from_range(backend_names()));
-    INFO(backend);
+    const auto backends = backend_names();
     std::map<std::string, std::string> first;
     for (const char* threads : {"1", "2", "3", "2"}) {
         INFO(threads << " threads");
-        const Outcome outcome = room.run({"--backend", backend, "--threads", threads});
+        const Outcome outcome =
+            room.run({"--backend", backends.size() > 1 ? "both" : backends.front(), "--threads", threads});
         INFO(outcome.errors);
         REQUIRE(outcome.exit_code == 0);
         auto files = files_below(room.out());
-        REQUIRE(files.erase(backend + "/timings.json") == 1);
+        for (const std::string& backend : backends)
+            REQUIRE(files.erase(backend + "/timings.json") == 1);
         if (first.empty()) {
             first = files;
             // Time stamps count seconds: a second run in the same one would prove nothing about them.
