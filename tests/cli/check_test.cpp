@@ -73,7 +73,7 @@ TEST_CASE("check warns of a window that sees no sky", "[cli]") {
               "\"polyhedra\": [\n"
               "{\"id\": \"hill\", \"kind\": \"parallelepiped\", \"effect\": \"fill\", \"vertices\": "
               "[[-20, -1, 0], [24, -1, 0], [-20, -0.01, 0], [-20, -1, 30]], \"material\": \"facade\"},"}}),
-        "aperture \"window\" sees no sky");
+        "sees no sky (does it look into the ground");
 }
 
 TEST_CASE("check warns of a gap between polygons", "[cli]") {
