@@ -24,6 +24,8 @@ constexpr double same_node_nm = 100.0;
 // How far a node on an outline is pulled into its patches for gathering (see Node).
 constexpr double node_inset_m = 1e-3;
 
+bool same_node(const dvec3& a_m, const dvec3& b_m) { return glm::distance(a_m, b_m) * nanometres_per_metre < same_node_nm; }
+
 int cell_count(double length_m, double spacing_m) {
     return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)));
 }
@@ -51,8 +53,7 @@ public:
             for (std::int64_t j = row - 1; j <= row + 1; ++j) {
                 const auto found = bins_.find(key(i, j));
                 if (found == bins_.end()) continue;
-                const dvec3 offset = nodes_[index(found->second)].position_m - position_m;
-                if (glm::length(offset) * nanometres_per_metre < same_node_nm) return found->second;
+                if (same_node(nodes_[index(found->second)].position_m, position_m)) return found->second;
             }
         }
         const auto id = make_id<NodeId>(nodes_.size());
@@ -266,8 +267,12 @@ PatchGrid make_patch_grid(const Building& building, const GridOptions& options) 
                 for (const Ring& part : whole ? std::vector<Ring>{cell} : convex_parts(left)) {
                     if (area_m2(part) < smallest_share_of_cell * cell_area_m2) continue;
                     std::vector<dvec3> polygon;
-                    for (const PlanePoint& p : part) polygon.push_back(face.plane.to_world(p));
-                    add_patch(id, std::move(polygon), face.normal);
+                    for (const PlanePoint& p : part) {
+                        const dvec3 corner = face.plane.to_world(p);
+                        if (polygon.empty() || !same_node(polygon.back(), corner)) polygon.push_back(corner);
+                    }
+                    while (polygon.size() > 3 && same_node(polygon.front(), polygon.back())) polygon.pop_back();
+                    if (polygon.size() >= 3) add_patch(id, std::move(polygon), face.normal);
                 }
             }
         }

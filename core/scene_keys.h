@@ -1,0 +1,54 @@
+#pragma once
+#include <array>
+#include <string_view>
+
+namespace naturel {
+
+/// The keys of one kind of object in a scene file. The reader refuses any other key; docs/scene.schema.json
+/// lists the same ones (a test compares them). Objects whose keys are the user's names ("materials", "faces")
+/// are not here.
+struct SceneObjectKeys {
+    std::string_view name;                       ///< in "$defs" of the schema; "scene" is the schema itself
+    std::array<std::string_view, 8> required{};  // unused places are empty
+    std::array<std::string_view, 16> optional{};
+};
+
+namespace scene_keys {
+
+inline constexpr SceneObjectKeys scene{
+    "scene",
+    {"naturel", "materials", "sky"},
+    {"$schema", "name", "description", "site", "ground", "polyhedra", "polygons", "apertures", "sun", "grid",
+     "direct", "primaries", "sensors", "views"}};
+inline constexpr SceneObjectKeys site{
+    "site", {}, {"latitude_deg", "longitude_deg", "time_zone_h", "north_deg"}};
+inline constexpr SceneObjectKeys material{
+    "material", {}, {"reflectance", "xyY", "rgb", "exitance_lm_m2", "glazing"}};
+inline constexpr SceneObjectKeys glazing{
+    "glazing",
+    {"normal_transmittance"},
+    {"panes", "angular_law", "inner_reflectance", "maintenance", "frame"}};
+inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance"}};
+inline constexpr SceneObjectKeys ground_colour{"ground_colour", {"xyY"}, {}};
+inline constexpr SceneObjectKeys polyhedron{
+    "polyhedron", {"id", "kind", "effect", "vertices", "material"}, {"glazing", "faces"}};
+inline constexpr SceneObjectKeys polygon{
+    "polygon", {"id", "vertices", "material"}, {"holes", "side", "two_sided"}};
+inline constexpr SceneObjectKeys aperture{"aperture", {"id", "vertices"}, {"holes", "material"}};
+inline constexpr SceneObjectKeys sky{
+    "sky", {"model"}, {"zenith_luminance_cd_m2", "horizontal_illuminance_lx"}};
+inline constexpr SceneObjectKeys sun{
+    "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "direct_normal_illuminance_lx"}};
+inline constexpr SceneObjectKeys grid{"grid", {}, {"spacing_m", "outdoor_spacing_m"}};
+inline constexpr SceneObjectKeys direct{"direct", {}, {"method", "tolerance"}};
+inline constexpr SceneObjectKeys sensor{"sensor", {"id"}, {"grid", "points"}};
+inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m", "margin_m"}};
+inline constexpr SceneObjectKeys view{
+    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height"}};
+
+inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour,
+                                polyhedron, polygon, aperture,    sky,     sun,    grid,
+                                direct,     sensor,  sensor_grid, view};
+
+}  // namespace scene_keys
+}  // namespace naturel

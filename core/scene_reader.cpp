@@ -1,0 +1,722 @@
+#include "core/scene_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "core/colour.h"
+#include "core/errors.h"
+#include "core/json_document.h"
+#include "core/polyhedra.h"
+#include "core/scene_keys.h"
+#include "core/scene_values.h"
+#include "core/sha256.h"
+#include "core/simple_polygon.h"
+#include "core/sun.h"
+#include "core/units.h"
+
+namespace naturel {
+namespace {
+
+using glm::dvec3;
+
+/// The radiosity series converges like the powers of the reflectance.
+constexpr double largest_reflectance = 0.99;
+/// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
+constexpr double largest_light = 1e10;
+/// More patches or sensors than this would fill the memory of a large machine, whatever the method.
+constexpr double most_points = 1e7;
+
+constexpr Range reflectance_range{0.0, largest_reflectance};
+constexpr Range spacing_range{0.001, 1000.0, "m"};
+
+/// Ids that must differ from each other.
+class UniqueIds {
+public:
+    std::string read(const JsonValue& value) {
+        const std::string& id = read_id(value);
+        if (!seen_.insert(id).second)
+            value.refuse(fmt::format("the id {} is already taken (choose another)", in_quotes(id)));
+        return id;
+    }
+
+private:
+    std::unordered_set<std::string> seen_;
+};
+
+/// The "materials" table by name.
+struct Names {
+    std::unordered_map<std::string, MaterialId> materials;
+    std::unordered_map<std::string, GlazingId> glazings;
+};
+
+template <class Table>
+[[noreturn]] void refuse_unknown(const JsonValue& value, std::string_view what, const Table& table) {
+    std::vector<std::string_view> known;
+    for (const auto& entry : table)
+        known.push_back(entry.first);
+    std::sort(known.begin(), known.end());
+    value.refuse(
+        fmt::format("there is no {} {} {}", what, in_quotes(value.text()), suggestion(value.text(), known)));
+}
+
+MaterialId read_material_name(const JsonValue& value, const Names& names) {
+    const std::string& name = read_text(value);
+    if (const auto found = names.materials.find(name); found != names.materials.end()) return found->second;
+    if (names.glazings.contains(name)) {
+        value.refuse(
+            fmt::format("{} is a glazing (a surface is needed: reflectance, xyY or rgb)", in_quotes(name)));
+    }
+    refuse_unknown(value, "material", names.materials);
+}
+
+GlazingId read_glazing_name(const JsonValue& value, const Names& names) {
+    const std::string& name = read_text(value);
+    if (const auto found = names.glazings.find(name); found != names.glazings.end()) return found->second;
+    if (names.materials.contains(name)) {
+        value.refuse(
+            fmt::format("{} is a surface (a glazing is needed: an entry of materials with \"glazing\")",
+                        in_quotes(name)));
+    }
+    refuse_unknown(value, "glazing", names.glazings);
+}
+
+/// Colours outside the gamut of the primaries are desaturated, not refused (core/colour.h).
+Band3 read_xyY(const JsonValue& value, PrimariesName primaries) {
+    // No real colour has less (the violet end of the spectrum: 0.0048), and X = x Y / y must stay finite.
+    constexpr double smallest_y = 0.001;
+    const auto [x, y, luminance_factor] =
+        read_numbers<3>(value, "x, y, Y", {share_range, Range{smallest_y, 1.0}, reflectance_range});
+    if (x + y > 1.0) value.refuse(fmt::format("x + y is {} (at most 1; D65 grey is 0.3127, 0.3290)", x + y));
+    return reflectance_from_xyY(Primaries(primaries), x, y, luminance_factor, largest_reflectance)
+        .reflectance;
+}
+
+Material read_surface(const std::string& name, const SceneObject& object, PrimariesName primaries) {
+    Material material{.name = name};
+    if (const auto value = object.find("reflectance"))
+        material.reflectance = grey(read_number(*value, reflectance_range));
+    if (const auto value = object.find("xyY")) material.reflectance = read_xyY(*value, primaries);
+    if (const auto value = object.find("rgb")) {
+        if (value->kind() != JsonKind::list)
+            value->refuse(value->describe() + " stands where [r, g, b] belongs (three reflectances)");
+        material.reflectance = read_bands(*value, reflectance_range);
+    }
+    if (const auto value = object.find("exitance_lm_m2")) {
+        material.exitance_lm_m2 = read_bands(*value, {0.0, largest_light, "lm/m2"});
+    }
+    return material;
+}
+
+/// Transmittance at normal incidence of clear, lossless panes behind each other: what reflection alone
+/// leaves. Each of the 2 n faces reflects r; (1 - r) / (1 + (2 n - 1) r) passes when all reflections between
+/// them count.
+double lossless_transmittance(int panes) {
+    constexpr double n = 1.52;  // AngularLaw::fresnel
+    constexpr double r = (n - 1) * (n - 1) / ((n + 1) * (n + 1));
+    return (1.0 - r) / (1.0 + (2 * panes - 1) * r);
+}
+
+Glazing read_glazing(const std::string& name, const JsonValue& value) {
+    const SceneObject object(value, scene_keys::glazing);
+    Glazing glazing{.name = name};
+    const JsonValue transmittance = object.at("normal_transmittance");
+    glazing.normal_transmittance = read_bands(transmittance, share_range);
+    glazing.panes = read_integer(object, "panes", {1, 4}, glazing.panes);
+    if (const auto law = object.find("angular_law")) {
+        glazing.angular_law = read_word<AngularLaw>(*law, {{"fresnel", AngularLaw::fresnel},
+                                                           {"mitalas", AngularLaw::mitalas},
+                                                           {"rivero", AngularLaw::rivero},
+                                                           {"constant", AngularLaw::constant}});
+    }
+    const double lossless = lossless_transmittance(glazing.panes);
+    if (glazing.angular_law == AngularLaw::fresnel && largest(glazing.normal_transmittance) > lossless) {
+        transmittance.refuse(
+            fmt::format("{} is more than {} uncoated pane{} can transmit (at most {:.3f} with angular_law "
+                        "\"fresnel\"; \"mitalas\" scales to any value)",
+                        largest(glazing.normal_transmittance), glazing.panes, glazing.panes == 1 ? "" : "s",
+                        std::floor(lossless * 1000) / 1000));
+    }
+    if (const auto inner = object.find("inner_reflectance"))
+        glazing.inner_reflectance = read_bands(*inner, reflectance_range);
+    glazing.maintenance = read_number(object, "maintenance", share_range, glazing.maintenance);
+    glazing.frame = read_number(object, "frame", share_range, glazing.frame);
+    return glazing;
+}
+
+Names read_materials(const JsonValue& value, Scene& scene) {
+    scene.glazings.push_back({.name = "unglazed", .angular_law = AngularLaw::constant});
+    Names names;
+    names.glazings.emplace("unglazed", GlazingId{0});
+    for (const auto& [key, entry] : read_table(value, "names and materials")) {
+        const std::string& name = read_name(key);
+        if (name == "unglazed")
+            key.refuse("\"unglazed\" is the built-in opening without glass (choose another name)");
+        const SceneObject object(entry, scene_keys::material);
+        int descriptions = 0;
+        for (const std::string_view kind : {"reflectance", "xyY", "rgb", "glazing"})
+            descriptions += object.has(kind);
+        if (descriptions != 1) {
+            object.refuse(fmt::format(
+                "{} of reflectance, xyY, rgb and glazing are given (exactly one is needed)", descriptions));
+        }
+        if (const auto glazing = object.find("glazing")) {
+            if (const auto exitance = object.find("exitance_lm_m2")) {
+                exitance->refuse("a glazing does not emit light (give exitance_lm_m2 to a surface)");
+            }
+            names.glazings.emplace(name, make_id<GlazingId>(scene.glazings.size()));
+            scene.glazings.push_back(read_glazing(name, *glazing));
+        } else {
+            names.materials.emplace(name, make_id<MaterialId>(scene.materials.size()));
+            scene.materials.push_back(read_surface(name, object, scene.primaries));
+        }
+    }
+    return names;
+}
+
+Ground read_ground(const JsonValue& value, PrimariesName primaries) {
+    const SceneObject object(value, scene_keys::ground);
+    Ground ground;
+    ground.z_m = read_number(object, "z", coordinate_range, ground.z_m);
+    if (const auto reflectance = object.find("reflectance")) {
+        ground.reflectance =
+            reflectance->kind() == JsonKind::object
+                ? read_xyY(SceneObject(*reflectance, scene_keys::ground_colour).at("xyY"), primaries)
+                : read_bands(*reflectance, reflectance_range);
+    }
+    return ground;
+}
+
+/// Number of a face named by role or by number from 1.
+std::size_t read_face(const JsonValue& key, PolyhedronKind kind) {
+    const std::vector<std::string_view> roles = face_roles(kind);
+    std::vector<std::string> numbers;
+    for (std::size_t i = 0; i < roles.size(); ++i)
+        numbers.push_back(std::to_string(i + 1));
+    std::vector<std::string_view> known;
+    for (std::size_t i = 0; i < roles.size(); ++i) {
+        if (key.text() == roles[i] || key.text() == numbers[i]) return i;
+        known.push_back(roles[i]);
+    }
+    known.insert(known.end(), numbers.begin(), numbers.end());
+    key.refuse(fmt::format("there is no face {} {}", in_quotes(key.text()), suggestion(key.text(), known)));
+}
+
+/// A name of a surface or of a glazing, or a list with one of each.
+FaceFinish read_finish(const JsonValue& value, const Names& names, Effect effect) {
+    const std::vector<JsonValue> items = value.kind() == JsonKind::list ? value.items() : std::vector{value};
+    FaceFinish finish;
+    for (const JsonValue& item : items) {
+        if (names.glazings.contains(read_text(item))) {
+            if (effect == Effect::fill)
+                item.refuse("a filled polyhedron opens no aperture (glazings belong to carved ones)");
+            if (finish.glazing) item.refuse("this is the second glazing of the face (one at most)");
+            finish.glazing = read_glazing_name(item, names);
+        } else {
+            if (finish.material) item.refuse("this is the second material of the face (one at most)");
+            finish.material = read_material_name(item, names);
+        }
+    }
+    if (items.empty()) value.refuse("the list is empty (a material, a glazing, or one of each)");
+    return finish;
+}
+
+void check_solid(const JsonValue& vertices, const Polyhedron& p) {
+    const std::array<dvec3, 3> edges{p.vertices_m[1] - p.vertices_m[0], p.vertices_m[2] - p.vertices_m[0],
+                                     p.vertices_m[3] - p.vertices_m[0]};
+    double largest_base_m2 = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (glm::length(edges[i]) < shortest_m) {
+            vertices.refuse(
+                fmt::format("{}: vertices 0 and {} coincide (the three edges from vertex 0 need a length)",
+                            in_quotes(p.id), i + 1));
+        }
+        largest_base_m2 = std::max(largest_base_m2, glm::length(glm::cross(edges[i], edges[(i + 1) % 3])));
+    }
+    const double thickness_m = std::abs(glm::dot(glm::cross(edges[0], edges[1]), edges[2])) / largest_base_m2;
+    if (!(thickness_m >= shortest_m)) {
+        vertices.refuse(fmt::format(
+            "{} is flat: its four vertices lie in one plane (the edges from vertex 0 must span a volume)",
+            in_quotes(p.id)));
+    }
+}
+
+Polyhedron read_polyhedron(const JsonValue& value, const Names& names, UniqueIds& ids) {
+    const SceneObject object(value, scene_keys::polyhedron);
+    Polyhedron p;
+    p.id = ids.read(object.at("id"));
+    p.kind = read_word<PolyhedronKind>(object.at("kind"), {{"parallelepiped", PolyhedronKind::parallelepiped},
+                                                           {"prism", PolyhedronKind::prism},
+                                                           {"tetrahedron", PolyhedronKind::tetrahedron}});
+    p.effect = read_word<Effect>(object.at("effect"), {{"fill", Effect::fill}, {"carve", Effect::carve}});
+    p.material = read_material_name(object.at("material"), names);
+    if (const auto glazing = object.find("glazing")) {
+        if (p.effect == Effect::fill)
+            glazing->refuse("a filled polyhedron opens no aperture (glazings belong to carved ones)");
+        p.glazing = read_glazing_name(*glazing, names);
+    }
+
+    const JsonValue vertices = object.at("vertices");
+    const std::vector<JsonValue> corners = read_list(vertices, "4 points");
+    if (corners.size() != p.vertices_m.size()) {
+        vertices.refuse(fmt::format(
+            "{} has {} vertices (a polyhedron is given by 4: an origin and the ends of its three edges)",
+            in_quotes(p.id), corners.size()));
+    }
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        p.vertices_m[i] = read_position(corners[i]);
+    check_solid(vertices, p);
+
+    if (const auto faces = object.find("faces")) {
+        for (const auto& [key, finish] : read_table(*faces, "faces and materials")) {
+            FaceFinish& face = p.faces[read_face(key, p.kind)];
+            if (face.material || face.glazing)
+                key.refuse("this face is named twice, by role and by number (once is enough)");
+            face = read_finish(finish, names, p.effect);
+        }
+    }
+    return p;
+}
+
+struct Rings {
+    std::vector<dvec3> vertices_m;
+    std::vector<std::vector<dvec3>> holes_m;
+};
+
+std::vector<dvec3> read_ring(const JsonValue& value) {
+    std::vector<dvec3> ring;
+    for (const JsonValue& point : read_list(value, "points"))
+        ring.push_back(read_position(point));
+    return ring;
+}
+
+Rings read_rings(const SceneObject& object, const std::string& id) {
+    Rings rings{.vertices_m = read_ring(object.at("vertices")), .holes_m = {}};
+    const std::vector<JsonValue> holes = read_list(object, "holes", "outlines");
+    for (const JsonValue& hole : holes)
+        rings.holes_m.push_back(read_ring(hole));
+    if (const auto fault = find_polygon_fault(rings.vertices_m, rings.holes_m)) {
+        const JsonValue& at = fault->hole ? holes[*fault->hole] : object.at("vertices");
+        at.refuse(fmt::format("{}: {}", in_quotes(id), fault->text));
+    }
+    return rings;
+}
+
+SurfacePolygon read_polygon(const JsonValue& value, const Names& names, UniqueIds& ids) {
+    const SceneObject object(value, scene_keys::polygon);
+    SurfacePolygon polygon;
+    polygon.id = ids.read(object.at("id"));
+    polygon.material = read_material_name(object.at("material"), names);
+    if (const auto side = object.find("side")) {
+        polygon.side = read_word<Environment>(
+            *side, {{"indoor", Environment::indoor}, {"outdoor", Environment::outdoor}});
+    }
+    if (const auto two_sided = object.find("two_sided")) polygon.two_sided = read_boolean(*two_sided);
+    Rings rings = read_rings(object, polygon.id);
+    polygon.vertices_m = std::move(rings.vertices_m);
+    polygon.holes_m = std::move(rings.holes_m);
+    return polygon;
+}
+
+AperturePolygon read_aperture(const JsonValue& value, const Names& names, UniqueIds& ids) {
+    const SceneObject object(value, scene_keys::aperture);
+    AperturePolygon aperture;
+    aperture.id = ids.read(object.at("id"));
+    if (const auto glazing = object.find("material")) aperture.glazing = read_glazing_name(*glazing, names);
+    Rings rings = read_rings(object, aperture.id);
+    aperture.vertices_m = std::move(rings.vertices_m);
+    aperture.holes_m = std::move(rings.holes_m);
+    return aperture;
+}
+
+/// Counts the points or cells of a grid as if nothing were cut away, and stops what no memory could hold.
+class PointBudget {
+public:
+    PointBudget(std::string_view who, std::string_view remedy) : who_(who), remedy_(remedy) {}
+
+    void spend(const JsonValue& at, double area_m2, double spacing_m) {
+        points_ += area_m2 / (spacing_m * spacing_m);
+        if (points_ > most_points) {
+            at.refuse(fmt::format("up to here {} about {:.2g} points (at most {:.2g}: make {} larger)", who_,
+                                  points_, most_points, remedy_));
+        }
+    }
+
+private:
+    std::string_view who_, remedy_;
+    double points_ = 0.0;
+};
+
+void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
+    const std::vector<JsonValue> polyhedra = read_list(root, "polyhedra", "polyhedra");
+    const std::vector<JsonValue> polygons = read_list(root, "polygons", "polygons");
+    const std::vector<JsonValue> apertures = read_list(root, "apertures", "apertures");
+    if (polyhedra.empty() && polygons.empty()) {
+        root.refuse("the scene has no geometry (at least one polyhedron or polygon is needed)");
+    }
+    UniqueIds ids;
+    PointBudget budget("the calculation grid has", "spacing_m or outdoor_spacing_m of \"grid\"");
+    for (const JsonValue& value : polyhedra) {
+        const Polyhedron& p = scene.polyhedra.emplace_back(read_polyhedron(value, names, ids));
+        double area = 0.0;
+        for (const PolyhedronFace& face : polyhedron_faces(p))
+            area += polygon_area_m2(face.vertices_m);
+        // What a fill shows may be indoors or outdoors: the coarser grid is certain.
+        const double coarser_m = std::max(scene.grid.spacing_m, scene.grid.outdoor_spacing_m);
+        budget.spend(value, area, p.effect == Effect::fill ? coarser_m : scene.grid.spacing_m);
+    }
+    for (const JsonValue& value : polygons) {
+        const SurfacePolygon& p = scene.polygons.emplace_back(read_polygon(value, names, ids));
+        const bool indoor = p.side == Environment::indoor;
+        budget.spend(value, polygon_area_m2(p.vertices_m),
+                     indoor ? scene.grid.spacing_m : scene.grid.outdoor_spacing_m);
+    }
+    for (const JsonValue& value : apertures) {
+        const AperturePolygon& a = scene.apertures.emplace_back(read_aperture(value, names, ids));
+        budget.spend(value, polygon_area_m2(a.vertices_m), scene.grid.spacing_m);
+    }
+}
+
+/// What the sun's position by the clock needs of a place.
+struct Site {
+    std::optional<double> latitude_rad, longitude_rad, time_zone_h;
+    double north_rad = 0.0;
+};
+
+Site read_site(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::site);
+    Site site;
+    if (const auto latitude = object.find("latitude_deg")) {
+        site.latitude_rad =
+            radians_from_degrees(read_number(*latitude, {-90.0, 90.0, "degrees, north positive"}));
+    }
+    if (const auto longitude = object.find("longitude_deg")) {
+        site.longitude_rad =
+            radians_from_degrees(read_number(*longitude, {-180.0, 180.0, "degrees, east positive"}));
+    }
+    if (const auto zone = object.find("time_zone_h")) {
+        site.time_zone_h = read_number(*zone, {-12.0, 14.0, "hours east of Greenwich"});
+    }
+    site.north_rad = radians_from_degrees(read_number(object, "north_deg", {-360.0, 360.0, "degrees"}, 0.0));
+    return site;
+}
+
+SkyDescription read_sky(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::sky);
+    SkyDescription sky;
+    sky.model =
+        read_word<SkyModel>(object.at("model"), {{"uniform", SkyModel::uniform},
+                                                 {"moon_spencer", SkyModel::moon_spencer},
+                                                 {"cie_clear", SkyModel::cie_clear},
+                                                 {"cie_clear_polluted", SkyModel::cie_clear_polluted}});
+    const auto zenith = object.find("zenith_luminance_cd_m2");
+    const auto horizontal = object.find("horizontal_illuminance_lx");
+    if (zenith.has_value() == horizontal.has_value()) {
+        object.refuse(fmt::format(
+            "{} of zenith_luminance_cd_m2 and horizontal_illuminance_lx {} given (exactly one is needed)",
+            zenith ? "both" : "neither", zenith ? "are" : "is"));
+    }
+    if (zenith) sky.zenith_luminance_cd_m2 = read_number(*zenith, {0.0, largest_light, "cd/m2"});
+    if (horizontal) sky.horizontal_illuminance_lx = read_number(*horizontal, {0.0, largest_light, "lx"});
+    return sky;
+}
+
+/// Digits and separators as in `pattern`, where each 0 stands for a digit.
+bool has_pattern(std::string_view text, std::string_view pattern) {
+    if (text.size() != pattern.size()) return false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const bool fits = pattern[i] == '0' ? text[i] >= '0' && text[i] <= '9' : text[i] == pattern[i];
+        if (!fits) return false;
+    }
+    return true;
+}
+
+int two_digits(std::string_view text, std::size_t at) {
+    return (text[at] - '0') * 10 + (text[at + 1] - '0');
+}
+
+void read_date(const JsonValue& value, LocalTime& time) {
+    // The years for which the sun's position has been checked (core/sun.h), with some margin.
+    constexpr int first_year = 1950, last_year = 2099;
+    const std::string& text = read_text(value);
+    if (!has_pattern(text, "0000-00-00"))
+        value.refuse(fmt::format("{} is not a date (YYYY-MM-DD would be right)", in_quotes(text)));
+    time.year = two_digits(text, 0) * 100 + two_digits(text, 2);
+    time.month = two_digits(text, 5);
+    time.day = two_digits(text, 8);
+    if (time.year < first_year || time.year > last_year) {
+        value.refuse(fmt::format("the year {} is out of range ({} to {} would be right)", time.year,
+                                 first_year, last_year));
+    }
+    const bool leap_year = time.year % 4 == 0 && (time.year % 100 != 0 || time.year % 400 == 0);
+    const std::array<int, 12> days{31, leap_year ? 29 : 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
+    const bool month_exists = time.month >= 1 && time.month <= 12;
+    if (!month_exists || time.day < 1 || time.day > days[static_cast<std::size_t>(time.month - 1)]) {
+        value.refuse(
+            fmt::format("there is no day {} in the calendar (YYYY-MM-DD would be right)", in_quotes(text)));
+    }
+}
+
+void read_time(const JsonValue& value, LocalTime& time) {
+    const std::string& text = read_text(value);
+    const bool seconds = has_pattern(text, "00:00:00");
+    if (!seconds && !has_pattern(text, "00:00")) {
+        value.refuse(fmt::format("{} is not a time (HH:MM or HH:MM:SS would be right)", in_quotes(text)));
+    }
+    const int hour = two_digits(text, 0), minute = two_digits(text, 3),
+              second = seconds ? two_digits(text, 6) : 0;
+    if (hour > 23 || minute > 59 || second > 59) {
+        value.refuse(fmt::format("there is no time {} on the clock (00:00:00 to 23:59:59)", in_quotes(text)));
+    }
+    time.hour = hour + minute / 60.0 + second / 3600.0;
+}
+
+/// Azimuth from the model's +y axis, in [0, 2 pi).
+double model_azimuth(double world_azimuth_rad, double north_rad) {
+    const double turned = std::fmod(world_azimuth_rad - north_rad, 2 * pi);
+    const double positive = turned < 0.0 ? turned + 2 * pi : turned;
+    return positive < 2 * pi ? positive : 0.0;  // a tiny negative angle plus 2 pi rounds to 2 pi
+}
+
+SunAngles read_sun_angles(const SceneObject& object, const std::optional<JsonValue>& site_value,
+                          const Site& site) {
+    const auto date = object.find("date"), clock = object.find("time");
+    const auto altitude = object.find("altitude_deg"), azimuth = object.find("azimuth_deg");
+    if (altitude && azimuth && !date && !clock) {
+        return {.altitude_rad = radians_from_degrees(read_number(*altitude, {-90.0, 90.0, "degrees"})),
+                .azimuth_rad = radians_from_degrees(read_number(*azimuth, {-360.0, 360.0, "degrees"}))};
+    }
+    if (altitude || azimuth || !date || !clock) {
+        object.refuse(
+            "the sun's place is not clear (give either altitude_deg and azimuth_deg, or date and time)");
+    }
+    LocalTime time;
+    read_date(*date, time);
+    read_time(*clock, time);
+    if (!site.latitude_rad || !site.longitude_rad || !site.time_zone_h) {
+        const std::string text =
+            "date and time need latitude_deg, longitude_deg and time_zone_h of the site (or give the sun "
+            "altitude_deg and azimuth_deg)";
+        site_value ? site_value->refuse(text) : object.refuse(text);
+    }
+    time.time_zone_h = *site.time_zone_h;
+    return sun_position(time, *site.latitude_rad, *site.longitude_rad);
+}
+
+SunDescription read_sun(const JsonValue& value, const std::optional<JsonValue>& site_value,
+                        const Site& site) {
+    const SceneObject object(value, scene_keys::sun);
+    const SunAngles angles = read_sun_angles(object, site_value, site);
+    SunDescription sun{.altitude_rad = angles.altitude_rad,
+                       .azimuth_rad = model_azimuth(angles.azimuth_rad, site.north_rad)};
+    const double illuminance_lx =
+        read_number(object, "direct_normal_illuminance_lx", {0.0, largest_light, "lx"}, 0.0);
+    if (sun.altitude_rad > 0.0) sun.direct_normal_illuminance_lx = illuminance_lx;
+    return sun;
+}
+
+void read_light(const SceneObject& root, const Site& site, Scene& scene) {
+    const JsonValue sky = root.at("sky");
+    scene.sky = read_sky(sky);
+    if (const auto sun = root.find("sun")) scene.sun = read_sun(*sun, root.find("site"), site);
+
+    const bool clear =
+        scene.sky.model == SkyModel::cie_clear || scene.sky.model == SkyModel::cie_clear_polluted;
+    if (clear && !scene.sun)
+        sky.refuse(
+            "a clear sky needs the place of the sun (add \"sun\", without illuminance if it shall not "
+            "shine)");
+    if (clear && scene.sun->altitude_rad <= 0.0) {
+        root.at("sun").refuse(
+            fmt::format("the sun stands {:.4g} degrees high (a clear sky needs it above the horizon)",
+                        degrees_from_radians(scene.sun->altitude_rad)));
+    }
+}
+
+GridOptions read_grid(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::grid);
+    GridOptions grid;
+    grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
+    grid.outdoor_spacing_m = read_number(object, "outdoor_spacing_m", spacing_range, grid.outdoor_spacing_m);
+    return grid;
+}
+
+DirectOptions read_direct(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::direct);
+    DirectOptions direct;
+    if (const auto method = object.find("method")) {
+        direct.method = read_word<DirectMethod>(
+            *method, {{"article", DirectMethod::article}, {"adaptive", DirectMethod::adaptive}});
+    }
+    direct.tolerance = read_number(object, "tolerance", {1e-6, 0.5}, direct.tolerance);
+    return direct;
+}
+
+SensorPoint read_sensor_point(const JsonValue& value) {
+    const std::vector<JsonValue> items = read_list(value, "x, y, z, nx, ny, nz");
+    if (items.size() == 3) return {.position_m = read_position(value)};
+    constexpr Range c = coordinate_range;
+    const auto [x, y, z, nx, ny, nz] =
+        read_numbers<6>(value, "x, y, z, and nx, ny, nz unless upwards", {c, c, c, c, c, c});
+    const dvec3 normal(nx, ny, nz);
+    const double length = glm::length(normal);
+    if (length < shortest_m) value.refuse("the normal nx, ny, nz has no length (it must point somewhere)");
+    return {.position_m = {x, y, z}, .normal = normal / length};
+}
+
+/// Upper limit of the floor area of the indoor air: the shadows that what encloses it casts on the ground.
+double indoor_shadow_m2(const Scene& scene) {
+    const auto shadow_m2 = [](std::vector<dvec3> ring) {
+        for (dvec3& p : ring)
+            p.z = 0.0;
+        return polygon_area_m2(ring);
+    };
+    double area_m2 = 0.0;
+    for (const Polyhedron& p : scene.polyhedra) {
+        if (p.effect == Effect::fill) continue;
+        for (const PolyhedronFace& face : polyhedron_faces(p)) {
+            if (face.outward.z > 0.0) area_m2 += shadow_m2(face.vertices_m);
+        }
+    }
+    for (const SurfacePolygon& p : scene.polygons) {
+        if (p.side == Environment::indoor) area_m2 += shadow_m2(p.vertices_m);
+    }
+    return area_m2;
+}
+
+SensorGrid read_sensor_grid(const JsonValue& value, double indoor_area_m2, PointBudget& budget) {
+    const SceneObject object(value, scene_keys::sensor_grid);
+    SensorGrid grid;
+    grid.z_m = read_number(object, "z", coordinate_range, grid.z_m);
+    grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
+    grid.margin_m = read_number(object, "margin_m", {0.0, 1000.0, "m"}, grid.margin_m);
+    budget.spend(value, indoor_area_m2, grid.spacing_m);
+    return grid;
+}
+
+SensorSet read_sensors(const JsonValue& value, UniqueIds& ids, double indoor_area_m2, PointBudget& budget) {
+    const SceneObject object(value, scene_keys::sensor);
+    SensorSet set;
+    set.id = ids.read(object.at("id"));
+    const auto grid = object.find("grid"), points = object.find("points");
+    if (grid.has_value() == points.has_value()) {
+        object.refuse(fmt::format("{} of grid and points {} given (exactly one is needed)",
+                                  grid ? "both" : "neither", grid ? "are" : "is"));
+    }
+    if (grid) set.grid = read_sensor_grid(*grid, indoor_area_m2, budget);
+    if (points) {
+        for (const JsonValue& point : read_list(*points, "points"))
+            set.points.push_back(read_sensor_point(point));
+        if (set.points.empty()) points->refuse("the list is empty (at least one point is needed)");
+    }
+    return set;
+}
+
+View read_view(const JsonValue& value, UniqueIds& ids) {
+    constexpr Range pixels{1, 16384, "pixels"};
+    const SceneObject object(value, scene_keys::view);
+    View view;
+    view.id = ids.read(object.at("id"));
+    if (const auto kind = object.find("kind"))
+        view.kind = read_word<ViewKind>(*kind, {{"perspective", ViewKind::perspective}});
+    view.from_m = read_position(object.at("from"));
+    view.to_m = read_position(object.at("to"));
+    const double distance_m = glm::length(view.to_m - view.from_m);
+    if (distance_m < shortest_m)
+        object.at("to").refuse("the view looks at its own place (\"to\" must differ from \"from\")");
+    if (const auto up = object.find("up")) view.up = read_direction(*up);
+    const double sine = glm::length(glm::cross(view.to_m - view.from_m, view.up)) / distance_m;
+    if (sine < 1e-6) {  // the camera's axes would be rounding noise
+        object.find("up").value_or(value).refuse(
+            "\"up\" points along the view (it must point aside, e.g. [0, 1, 0] when looking down)");
+    }
+    view.field_of_view_rad =
+        radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
+    view.width = read_integer(object, "width", pixels, view.width);
+    view.height = read_integer(object, "height", pixels, view.height);
+    return view;
+}
+
+void check_version(const JsonValue& value) {
+    if (value.kind() != JsonKind::number || value.number() != 1.0) {
+        value.refuse(fmt::format("{} is not a known version of the scene format (1 would be right)",
+                                 value.describe()));
+    }
+}
+
+Scene read_document(const JsonDocument& document) {
+    const SceneObject root(document.root(), scene_keys::scene);
+    check_version(root.at("naturel"));
+
+    Scene scene;
+    scene.name = std::filesystem::path(document.file_name()).stem().string();
+    if (const auto name = root.find("name")) scene.name = read_name(*name);
+    for (const std::string_view key : {"description", "$schema"}) {
+        if (const auto text = root.find(key)) read_text(*text);
+    }
+    if (const auto primaries = root.find("primaries")) {
+        scene.primaries = read_word<PrimariesName>(
+            *primaries,
+            {{"srgb", PrimariesName::srgb}, {"ebu", PrimariesName::ebu}, {"p22", PrimariesName::p22}});
+    }
+    const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
+    scene.north_rad = site.north_rad;
+    if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, scene.primaries);
+    if (const auto grid = root.find("grid")) scene.grid = read_grid(*grid);
+    if (const auto direct = root.find("direct")) scene.direct = read_direct(*direct);
+    const Names names = read_materials(root.at("materials"), scene);
+    read_geometry(root, names, scene);
+    read_light(root, site, scene);
+    UniqueIds sensor_ids, view_ids;
+    PointBudget sensor_budget("the sensor grids have", "their spacing_m");
+    const double indoor_area_m2 = indoor_shadow_m2(scene);
+    for (const JsonValue& value : read_list(root, "sensors", "sensor sets")) {
+        scene.sensors.push_back(read_sensors(value, sensor_ids, indoor_area_m2, sensor_budget));
+    }
+    for (const JsonValue& value : read_list(root, "views", "views"))
+        scene.views.push_back(read_view(value, view_ids));
+    return scene;
+}
+
+/// Reads at most one byte more than a document may have, so that an endless file is refused like a long one.
+std::string read_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status)) {
+        throw InputError(file.string(), "there is no such scene file (check the path)");
+    }
+    if (std::filesystem::is_directory(status)) {
+        throw InputError(file.string(), "this is a directory (a scene file is needed)");
+    }
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw InputError(file.string(), "the scene file cannot be opened (check its permissions)");
+    std::string text;
+    std::array<char, 1 << 16> block;
+    while (text.size() <= JsonDocument::max_bytes && stream.read(block.data(), block.size()).gcount() > 0) {
+        text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    }
+    if (stream.bad())
+        throw InputError(file.string(), "the scene file cannot be read to its end (check the disk)");
+    return text;
+}
+
+}  // namespace
+
+Scene read_scene_text(std::string_view text, const std::string& file_name) {
+    const JsonDocument document(std::string(text), file_name);
+    Scene scene = read_document(document);
+    scene.source_sha256 = sha256_hex(text);
+    return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+    return read_scene_text(read_file(file), file.string());
+}
+
+}  // namespace naturel
