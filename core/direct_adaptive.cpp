@@ -16,7 +16,7 @@ using Element = AdaptiveScratch::Element;
 // Before any light is looked at, elements are divided to these limits, lest a glazing bar or a piece of furniture fall
 // between the samples and an estimate from too few of them look converged. Found by trial (tests/core/direct_test.cpp).
 constexpr double first_edge = 0.5;          // longest edge, as a chord of the unit sphere
-constexpr double first_share = 1.0 / 16.0;  // of the projected solid angle of all apertures together
+constexpr double first_share = 1.0 / 64.0;  // of the projected solid angle of all apertures together
 
 /// Standard deviation of the share of a triangle that lies on one side of a random straight edge, as estimated from six
 /// samples that do not all agree. Measured; docs/method.md, "Direct illuminance".
@@ -42,6 +42,14 @@ bool same_source(const IncomingLight& a, const IncomingLight& b) {
     return a.seen == FacetId::none || a.source_luminance == b.source_luminance;
 }
 
+/// In [0, 1): a hash of a number (SplitMix64, Steele et al. 2014).
+double uniform_from(std::uint64_t number) {
+    std::uint64_t z = (number + 1) * 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
 class Integration {
 public:
     Integration(const GatherPoint& point, const ApertureLight& light, const Visibility& visibility,
@@ -61,11 +69,13 @@ public:
         if (mesh_.elements.empty()) return {};
         for (const Element& element : mesh_.elements) all_apertures_sr_ += element.projected_solid_angle_sr;
         halve_large_elements();
+        add_probes();
         mesh_.fresh.resize(mesh_.elements.size());
         std::iota(mesh_.fresh.begin(), mesh_.fresh.end(), 0u);
         do {
             look();
             for (const std::uint32_t i : mesh_.fresh) estimate(mesh_.elements[i]);
+            for (Element& element : mesh_.elements) learn_from_other_samples(element);
         } while (refine(tolerance));
         return total();
     }
@@ -86,7 +96,7 @@ private:
         }
     }
 
-    /// Divides a polygon into triangles: around its mean direction, so that no edge comes near a half circle even where
+    /// Divides a polygon into triangles: around a direction well inside, so that no edge comes near a half circle even where
     /// the point almost touches the aperture; if small, without a sample there. Overwrites the polygon.
     void add_polygon(std::vector<glm::dvec3>& polygon, std::size_t aperture) {
         const glm::dvec3 whole = vector_solid_angle(polygon);
@@ -99,6 +109,8 @@ private:
             vertex = glm::normalize(direction + inset * (middle - direction));
             reach = std::max(reach, glm::length(vertex - middle));
         }
+        // Off the middle, lest all samples of a row fall on one side of an edge in a symmetric scene.
+        const glm::dvec3 apex = glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
         // The inset takes up to 4e-5 of the polygon away: what is left stands for the whole.
         const double scale = whole_sr / glm::dot(point_.normal, vector_solid_angle(polygon));
 
@@ -106,7 +118,7 @@ private:
         const auto first = static_cast<std::uint32_t>(mesh_.directions.size());
         for (const glm::dvec3& vertex : polygon) add_sample(vertex, aperture);
         const bool small = reach <= 0.5 * first_edge;
-        const std::uint32_t hub = small ? first : add_sample(middle, aperture);
+        const std::uint32_t hub = small ? first : add_sample(apex, aperture);
         const std::uint32_t begin = small ? 1 : 0, end = small ? count - 1 : count;
         std::uint32_t before = add_edge(hub, first + begin);
         const std::uint32_t first_spoke = before;
@@ -138,10 +150,9 @@ private:
         element.projected_solid_angle_sr = element.scale * std::max(0.0, projected);
     }
 
-    std::uint32_t add_element(Element element) {
+    void add_element(Element element) {
         measure(element);
         mesh_.elements.push_back(element);
-        return static_cast<std::uint32_t>(mesh_.elements.size() - 1);
     }
 
     /// The half of an edge at one of its ends.
@@ -186,6 +197,28 @@ private:
         }
     }
 
+    /// Corners and middles stand in rows, between which a glazing bar can hide: probes do not.
+    void add_probes() {
+        for (std::size_t i = 0; i < mesh_.elements.size(); ++i) {
+            Element& element = mesh_.elements[i];
+            double s = uniform_from(2 * i), t = uniform_from(2 * i + 1);
+            if (s + t > 1.0) s = 1.0 - s, t = 1.0 - t;
+            const auto& [a, b, c] = element.corners;
+            element.probe = add_sample(glm::normalize((1.0 - s - t) * mesh_.directions[a] + s * mesh_.directions[b] +
+                                                      t * mesh_.directions[c]),
+                                       element.aperture);
+        }
+    }
+
+    bool contains(const Element& element, std::uint32_t sample) const {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const glm::dvec3& from = mesh_.directions[element.corners[k]];
+            const glm::dvec3& to = mesh_.directions[element.corners[(k + 1) % 3]];
+            if (glm::dot(glm::cross(to, from), mesh_.directions[sample]) < 0.0) return false;
+        }
+        return true;
+    }
+
     /// Asks what is seen in the directions that are new.
     void look() {
         const std::size_t known = mesh_.light.size();
@@ -206,14 +239,23 @@ private:
     void estimate(Element& element) const {
         const double whole_sr = element.projected_solid_angle_sr;
         if (whole_sr == 0.0) return;
+        const auto& [a, b, c] = element.corners;
+        const glm::dvec3 plane_normal = glm::cross(mesh_.directions[c] - mesh_.directions[a],
+                                                   mesh_.directions[b] - mesh_.directions[a]);
+        // Projected solid angle per area of the plane through the corners, up to a factor: cos / r^2 times an obliquity
+        // that goes with 1 / r, where r is inverse to how far a unit direction reaches towards the plane.
+        const auto density_of = [&](std::uint32_t sample) {
+            const double reach = glm::dot(plane_normal, mesh_.directions[sample]);
+            return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * reach * reach * reach;
+        };
         std::array<const IncomingLight*, 6> light{};
         std::array<double, 6> density{};
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t middle = mesh_.edges[element.edges[k]].middle;
             light[k] = &mesh_.light[element.corners[k]];
             light[k + 3] = &mesh_.light[middle];
-            density[k] = density_at(element, element.corners[k]);
-            density[k + 3] = density_at(element, middle);
+            density[k] = density_of(element.corners[k]);
+            density[k + 3] = density_of(middle);
         }
         constexpr double corner_share = 1.0 / 12.0, middle_share = 1.0 / 4.0;
         const double middles = density[3] + density[4] + density[5];
@@ -237,15 +279,26 @@ private:
         element.error_lx = smooth ? std::abs(by_middles - by_quarters) : edge_error * whole_sr * (high - low);
     }
 
-    /// Projected solid angle per area of the plane through the corners of an element, up to a factor: cos / r^2 times
-    /// an obliquity that is proportional to 1 / r, r being inverse to the height of the unit direction above
-    /// that plane's parallel through the point.
-    double density_at(const Element& element, std::uint32_t sample) const {
-        const auto& [a, b, c] = element.corners;
-        const glm::dvec3 plane_normal = glm::cross(mesh_.directions[c] - mesh_.directions[a],
-                                                   mesh_.directions[b] - mesh_.directions[a]);
-        const double height = glm::dot(plane_normal, mesh_.directions[sample]);
-        return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * height * height * height;
+    /// The probe inside, or quarter points of an edge that a neighbour has looked at since it was divided, may tell that
+    /// an edge runs where the six samples did not see it.
+    void learn_from_other_samples(Element& element) const {
+        const auto learn_from = [&](std::uint32_t sample) {
+            const IncomingLight& own = mesh_.light[element.corners[0]];
+            const IncomingLight& other = mesh_.light[sample];
+            if (same_source(own, other)) return;
+            const double step = std::abs(other.mean() - own.mean());
+            element.error_lx = std::max(element.error_lx, edge_error * element.projected_solid_angle_sr * step);
+        };
+        if (element.probe != AdaptiveScratch::none) learn_from(element.probe);
+        const auto learn_from_parts_of = [&](const auto& self, std::uint32_t edge) -> void {
+            const std::uint32_t halves = mesh_.edges[edge].halves;
+            if (halves == AdaptiveScratch::none) return;
+            for (const std::uint32_t half : {halves, halves + 1}) {
+                learn_from(mesh_.edges[half].middle);
+                self(self, half);
+            }
+        };
+        for (const std::uint32_t edge : element.edges) learn_from_parts_of(learn_from_parts_of, edge);
     }
 
     /// Divides in four the elements that matter most; false when there is no need, or no budget.
@@ -287,17 +340,22 @@ private:
         const std::uint32_t ab = mesh_.edges[edge_ab].middle, bc = mesh_.edges[edge_bc].middle,
                             ca = mesh_.edges[edge_ca].middle;
         const std::uint32_t at_a = add_edge(ca, ab), at_b = add_edge(ab, bc), at_c = add_edge(bc, ca);
-        Element part = whole;
-        part.corners = {ab, bc, ca};
-        part.edges = {at_b, at_c, at_a};
-        measure(part);
-        mesh_.elements[position] = part;
-        mesh_.fresh.push_back(position);
-        const auto add = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
-            part.corners = corners;
-            part.edges = edges;
-            mesh_.fresh.push_back(add_element(part));
+        const auto part = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
+            Element element = whole;
+            element.corners = corners;
+            element.edges = edges;
+            if (whole.probe != AdaptiveScratch::none && !contains(element, whole.probe)) {
+                element.probe = AdaptiveScratch::none;
+            }
+            measure(element);
+            return element;
         };
+        const auto add = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
+            mesh_.fresh.push_back(static_cast<std::uint32_t>(mesh_.elements.size()));
+            mesh_.elements.push_back(part(corners, edges));
+        };
+        mesh_.elements[position] = part({ab, bc, ca}, {at_b, at_c, at_a});
+        mesh_.fresh.push_back(position);
         add({a, ab, ca}, {half_of(edge_ab, a), at_a, half_of(edge_ca, a)});
         add({ab, b, bc}, {half_of(edge_ab, b), half_of(edge_bc, b), at_b});
         add({ca, bc, c}, {at_c, half_of(edge_bc, c), half_of(edge_ca, c)});

@@ -67,6 +67,7 @@ struct AdaptiveScratch {
     /// edges, and so samples.
     struct Element {
         std::array<std::uint32_t, 3> corners{}, edges{};
+        std::uint32_t probe = none;  ///< a sample anywhere inside, which only tells whether something is there
         std::size_t aperture = 0;
         double scale = 1.0;  ///< makes up for what the inset of the samples took from the aperture
         double projected_solid_angle_sr = 0.0;

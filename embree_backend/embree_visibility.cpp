@@ -92,13 +92,16 @@ public:
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
-        const glm::dvec3 lifted = from.position_m - centre_m_ + lift_m_ * from.normal;
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m_ * from.normal);
         Packet packet;
         for (std::size_t first = 0; first < directions.size(); first += packet_size) {
             const unsigned count =
                 static_cast<unsigned>(std::min<std::size_t>(packet_size, directions.size() - first));
-            for (unsigned k = 0; k < packet_size; ++k)
-                aim(packet, k, lifted, glm::vec3(directions[first + std::min(k, count - 1)]));
+            for (unsigned k = 0; k < packet_size; ++k) {
+                const glm::vec3 direction(directions[first + std::min(k, count - 1)]);
+                packet.set_origin(k, behind(lifted, direction));
+                packet.set_direction(k, direction);
+            }
             embree_api::trace(opaque_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k)
                 seen[first + k] = seen_by(packet, k);
@@ -253,11 +256,10 @@ private:
             embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles));
     }
 
-    /// Ray k leaves the lifted point, from half a lift behind it: a wall through the point itself lies ahead
-    /// then.
-    void aim(Packet& packet, unsigned k, const glm::dvec3& lifted, const glm::vec3& direction) const {
-        packet.set_origin(k, glm::vec3(lifted - 0.5 * lift_m_ * glm::dvec3(direction)));
-        packet.set_direction(k, direction);
+    /// Where a ray from a lifted point starts: half a lift behind it, so that a wall through the point itself
+    /// lies ahead.
+    glm::vec3 behind(const glm::vec3& lifted, const glm::vec3& direction) const {
+        return lifted - static_cast<float>(0.5 * lift_m_) * direction;
     }
 
     /// Where a ray meets the plane of a facet. In double from the plane, which Embree's float distance is too
@@ -331,8 +333,9 @@ private:
                     morton(static_cast<std::uint32_t>(tile_row), static_cast<std::uint32_t>(tile_column)));
                 tile_directions(frame, tiles, tile_row, tile_column, key, packet.rays.ray.dir_x,
                                 packet.rays.ray.dir_y, packet.rays.ray.dir_z);
+                const glm::vec3 lifted(start + lift);
                 for (unsigned k = 0; k < packet_size; ++k)
-                    aim(packet, k, start + lift, glm::vec3(packet.direction(k)));
+                    packet.set_origin(k, behind(lifted, glm::vec3(packet.direction(k))));
                 embree_api::trace(surfaces_.get(), packet);
                 for (unsigned k = 0; k < packet_size; ++k) {
                     if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
@@ -348,7 +351,9 @@ private:
                 std::min<std::size_t>(packet_size, scratch.second_tries.size() - first));
             for (unsigned k = 0; k < packet_size; ++k) {
                 const auto& [start, direction] = scratch.second_tries[first + std::min(k, count - 1)];
-                aim(packet, k, second_start(start, direction) + lift, glm::vec3(direction + 1e-4 * normal));
+                const glm::vec3 bent(direction + 1e-4 * normal);
+                packet.set_origin(k, behind(glm::vec3(second_start(start, direction) + lift), bent));
+                packet.set_direction(k, bent);
             }
             embree_api::trace(surfaces_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k) {

@@ -86,25 +86,29 @@ HemisphereFrame::HemisphereFrame(const glm::dvec3& n) : z(n) {
 }
 
 /// The square is laid on the disc by the concentric map (Shirley & Chiu 1997), the disc projected up to the
-/// hemisphere (Nusselt). In float: a direction off by 1e-7 is as good a sample.
+/// hemisphere (Nusselt). In float: a direction off by 1e-7 is as good a sample. One loop without branches,
+/// for the vectoriser.
 void tile_directions(const HemisphereFrame& frame, const Tiles& tiles, int row, int column, std::uint32_t key,
                      float* x, float* y, float* z) {
     constexpr int rays = 16;
+    const glm::vec3 fx = frame.x, fy = frame.y, fz = frame.z;
     const float cell_width = 0.5f / static_cast<float>(tiles.columns);  // of a square of side 2
     const float cell_height = 0.5f / static_cast<float>(tiles.rows);
-    const std::uint32_t first_ray = rays * static_cast<std::uint32_t>(row * tiles.columns + column);
+    const std::uint32_t first_ray = key + rays * static_cast<std::uint32_t>(row * tiles.columns + column);
+    float directions[3][rays];
     for (int k = 0; k < rays; ++k) {
-        const std::uint32_t random = hash(key + first_ray + static_cast<std::uint32_t>(k));
-        const float along = (static_cast<float>(random & 0xffffu) + 0.5f) * 0x1p-16f;  // place in the cell
-        const float across = (static_cast<float>(random >> 16) + 0.5f) * 0x1p-16f;
-        const float a = (static_cast<float>(4 * column + k % 4) + along) * cell_width - 1.0f;
-        const float b = (static_cast<float>(4 * row + k / 4) + across) * cell_height - 1.0f;
+        const std::uint32_t random = hash(first_ray + static_cast<std::uint32_t>(k));
+        const float along =
+            (static_cast<float>(static_cast<int>(random & 0xffffu)) + 0.5f) * 0x1p-16f;  // in the cell
+        const float across = (static_cast<float>(static_cast<int>(random >> 16)) + 0.5f) * 0x1p-16f;
+        const float a = (static_cast<float>(4 * column + (k & 3)) + along) * cell_width - 1.0f;
+        const float b = (static_cast<float>(4 * row + (k >> 2)) + across) * cell_height - 1.0f;
 
         const bool wide = std::abs(a) > std::abs(b);
         const float radius = wide ? a : b;
         const float other = wide ? b : a;
         // Angle from the nearer axis, in [-pi/4, pi/4]; the Taylor series are off by less than 4e-8 there.
-        const float angle = radius != 0.0f ? static_cast<float>(pi / 4) * other / radius : 0.0f;
+        const float angle = static_cast<float>(pi / 4) * other / (radius != 0.0f ? radius : 1.0f);
         const float q = angle * angle;
         const float cosine =
             1.0f + q * (-1.0f / 2 + q * (1.0f / 24 + q * (-1.0f / 720 + q * (1.0f / 40320))));
@@ -113,10 +117,13 @@ void tile_directions(const HemisphereFrame& frame, const Tiles& tiles, int row, 
         const float u = radius * (wide ? cosine : sine);
         const float v = radius * (wide ? sine : cosine);
         const float w = std::sqrt(std::max(0.0f, 1.0f - radius * radius));
-        x[k] = u * frame.x.x + v * frame.y.x + w * frame.z.x;
-        y[k] = u * frame.x.y + v * frame.y.y + w * frame.z.y;
-        z[k] = u * frame.x.z + v * frame.y.z + w * frame.z.z;
+        directions[0][k] = u * fx.x + v * fy.x + w * fz.x;
+        directions[1][k] = u * fx.y + v * fy.y + w * fz.y;
+        directions[2][k] = u * fx.z + v * fy.z + w * fz.z;
     }
+    std::copy_n(directions[0], rays, x);
+    std::copy_n(directions[1], rays, y);
+    std::copy_n(directions[2], rays, z);
 }
 
 PolygonSampler::PolygonSampler(std::span<const glm::dvec3> corners_m, const glm::dvec3& centroid_m,
