@@ -1,1 +1,78 @@
-int main() { return 0; }
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <optional>
+
+#include "cli/check.h"
+#include "cli/options.h"
+#include "cli/run.h"
+#include "cli/terminal_progress.h"
+#include "core/errors.h"
+#include "core/parallel.h"
+
+namespace naturel {
+namespace {
+
+std::atomic<bool> stop_requested = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only write lock-free atomics");
+
+/// The first signal asks the calculation to stop between two steps; a second one ends the process at once.
+void stop_on_signals() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { stop_requested = true; };
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+}
+
+ExitCode execute(const RunOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    return run(options, progress);
+}
+
+ExitCode execute(const CheckOptions& options) {
+    TerminalProgress progress(isatty(STDERR_FILENO) != 0, stop_requested);
+    check(options, progress);
+    return ExitCode::done;
+}
+
+ExitCode execute(ExitCode nothing_left_to_do) {
+    return nothing_left_to_do;
+}
+
+ExitCode guarded_main(int argc, char** argv) {
+    try {
+        const ExitCode code =
+            std::visit([](const auto& command) { return execute(command); }, parse_command_line(argc, argv));
+        if (std::fflush(stdout) != 0) throw InputError("standard output", std::strerror(errno));
+        return code;
+    } catch (const InputError& error) {
+        std::fprintf(stderr, "naturel: %s\n", error.what());
+        return ExitCode::bad_input;
+    } catch (const Interrupted&) {
+        std::fputs("naturel: interrupted\n", stderr);
+        return ExitCode::interrupted;
+    } catch (const std::bad_alloc&) {
+        std::fputs("naturel: out of memory\n", stderr);
+        return ExitCode::internal_fault;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "naturel: internal fault: %s\n", error.what());
+        return ExitCode::internal_fault;
+    }
+}
+
+}  // namespace
+}  // namespace naturel
+
+int main(int argc, char** argv) {
+    naturel::stop_on_signals();
+    return static_cast<int>(naturel::guarded_main(argc, argv));
+}

@@ -33,32 +33,6 @@ Region polygon_region(const PlaneFrame& plane, const std::vector<dvec3>& vertice
     return {ring};
 }
 
-// Convex hull, counter-clockwise, of points that are corners of a convex polygon in any order. Rounding to 1 nm may put a
-// corner on the line between its neighbours; it is dropped then.
-Ring convex_hull(Ring points) {
-    std::sort(points.begin(), points.end(), [](const PlanePoint& a, const PlanePoint& b) {
-        return a.X != b.X ? a.X < b.X : a.Y < b.Y;
-    });
-    points.erase(std::unique(points.begin(), points.end()), points.end());
-    if (points.size() < 3) return {};
-    const auto turns_left = [](const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
-        return static_cast<double>(b.X - a.X) * static_cast<double>(c.Y - b.Y) -
-                   static_cast<double>(b.Y - a.Y) * static_cast<double>(c.X - b.X) > 0.0;
-    };
-    Ring hull;
-    const auto add_chain = [&](auto first, auto last) {
-        const std::size_t base = hull.size();
-        for (auto p = first; p != last; ++p) {
-            while (hull.size() >= base + 2 && !turns_left(hull[hull.size() - 2], hull.back(), *p)) hull.pop_back();
-            hull.push_back(*p);
-        }
-        hull.pop_back();
-    };
-    add_chain(points.begin(), points.end());
-    add_chain(points.rbegin(), points.rend());
-    return hull.size() >= 3 ? hull : Ring{};
-}
-
 struct Bounds {
     double left = std::numeric_limits<double>::max(), right = std::numeric_limits<double>::lowest();
     double bottom = left, top = right;

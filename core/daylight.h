@@ -9,7 +9,7 @@
 namespace naturel {
 
 enum class IndirectMethod {
-    patch,   ///< the article: each node takes the mean IRC of its patches
+    patch,   ///< the article: each node takes the mean IRC of its patches; sensors in the air gather all the same
     gather,  ///< gathered at the point itself through the visibility interface
 };
 

@@ -19,9 +19,8 @@ public:
 
 private:
     AngularLaw law_;
-    Band3 normal_;  // transmittance at normal incidence, maintenance and frame included
-    std::vector<Band3>
-        table_;  // fresnel law only: against the root of the cosine, maintenance and frame included
+    Band3 normal_;              // at normal incidence, maintenance and frame included
+    std::vector<Band3> table_;  // the same at equal steps of the root of the cosine; fresnel law only
     Band3 diffuse_{};
 };
 
@@ -34,8 +33,7 @@ struct SlabResponse {
 /// internal_transmittance: share that survives one perpendicular passage through the glass alone, [0, 1].
 SlabResponse slab_response(double cos_incidence, double internal_transmittance, double n);
 
-/// Unpolarised transmittance of `panes` identical slabs behind each other, all reflections between them
-/// counted.
+/// Unpolarised transmittance of `panes` identical slabs behind each other, all reflections between them counted.
 double multi_pane_transmittance(double cos_incidence, double internal_transmittance, int panes, double n);
 
 }  // namespace naturel

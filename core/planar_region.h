@@ -46,11 +46,14 @@ bool contains(const Region& region, const PlanePoint& point);
 /// The connected parts of a region, each an outer ring followed by its holes.
 std::vector<Region> connected_parts(const Region& region);
 
-/// Cuts a region into convex rings, counter-clockwise, along extensions of the edges at its reflex corners.
-/// The rings cover the region without overlap; parts thinner than a few nm are dropped.
+/// The convex hull of points, counter-clockwise, without corners on its edges; empty if they lie on a line.
+Ring convex_hull(Ring points);
+
+/// Cuts a region into convex rings, counter-clockwise, whose corners are corners of the region where possible. They cover it without
+/// overlap; parts narrower than 2 nm are dropped.
 std::vector<Ring> convex_parts(const Region& region);
 
-/// Without parts that are thinner than a few nanometres: rounding leaves such slivers behind.
+/// Without rings that are narrower than 2 nm: rounding leaves such slivers behind.
 Region without_slivers(const Region& region);
 
 }  // namespace naturel

@@ -56,7 +56,7 @@ TEST_CASE("the sun stands where the NREL solar position algorithm puts it", "[co
                                                        radians_from_degrees(number("spa_az_deg_NtoE")));
         // 0.0123 degrees is the promise of core/sun.h; the table is rounded to 0.0001.
         CHECK(degrees_between(direction_from_angles(sun.altitude_rad, sun.azimuth_rad), truth) < 0.0124);
-        // The same algorithm written by others, printed with four decimals.
+        // The same algorithm in another implementation, printed with four decimals.
         CHECK_THAT(sun_in_degrees(sun).altitude_rad, WithinAbs(number("michalsky_alt"), 0.51e-4));
         CHECK_THAT(sun_in_degrees(sun).azimuth_rad, WithinAbs(number("michalsky_az"), 0.51e-4));
     }

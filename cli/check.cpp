@@ -1,0 +1,298 @@
+#include "cli/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/common.hpp>
+#include <utility>
+
+#include "core/building.h"
+#include "core/parallel.h"
+#include "core/patch_grid.h"
+#include "core/scene_reader.h"
+#include "core/sensors.h"
+
+namespace naturel {
+namespace {
+
+/// Text that grows: what the scene contains, then the warnings.
+struct Report {
+    std::string contents;
+    std::vector<std::string> warnings;
+
+    template <class... Values>
+    void say(fmt::format_string<Values...> format, Values&&... values) {
+        contents += fmt::format(format, std::forward<Values>(values)...) + "\n";
+    }
+    template <class... Values>
+    void warn(fmt::format_string<Values...> format, Values&&... values) {
+        warnings.push_back(fmt::format(format, std::forward<Values>(values)...));
+    }
+};
+
+struct CheckedScene {
+    const Scene& scene;
+    const Building& building;
+    const PatchGrid& grid;
+    const Visibility& visibility;
+};
+
+constexpr std::array<const char*, 8> compass_words{"north", "north-east", "east", "south-east",
+                                                   "south", "south-west", "west", "north-west"};
+
+/// "south, tilt 90 deg" for the way an opening looks; 0 deg looks straight up, 90 deg at the horizon.
+std::string orientation(const glm::dvec3& outward, double north_rad) {
+    const double tilt_deg = degrees_from_radians(std::acos(std::clamp(outward.z, -1.0, 1.0)));
+    if (tilt_deg < 0.5) return "up";
+    if (tilt_deg > 179.5) return "down";
+    const double azimuth_deg = degrees_from_radians(std::atan2(outward.x, outward.y) + north_rad);
+    const auto eighth = std::lround(azimuth_deg / 45.0);
+    return fmt::format("{}, tilt {:.0f} deg", compass_words[static_cast<std::size_t>((eighth % 8 + 8) % 8)],
+                       tilt_deg);
+}
+
+void describe_surfaces(const CheckedScene& checked, Report& report) {
+    const auto& [scene, building, grid, visibility] = checked;
+    report.say("scene \"{}\"", scene.name);
+    report.say("  {} polyhedra, {} polygons; {} faces, {} facets", scene.polyhedra.size(),
+               scene.polygons.size(), building.faces.size(), building.facets.size());
+    report.say("  {} patches ({} indoors, {} in apertures, {} outdoors), {} nodes", grid.patches.size(),
+               grid.indoor_patch_count, grid.gather_patch_count - grid.indoor_patch_count,
+               grid.patches.size() - grid.gather_patch_count, grid.nodes.size());
+    report.say("  indoor air {:.3f} m3", building.indoor_air_volume_m3);
+
+    std::vector<double> indoor_m2(scene.materials.size()), outdoor_m2(scene.materials.size());
+    for (const Facet& facet : building.facets) {
+        if (facet.is_aperture) continue;
+        const MaterialId material = building.faces[index(facet.face)].material;
+        (facet.environment == Environment::indoor ? indoor_m2 : outdoor_m2)[index(material)] += facet.area_m2;
+    }
+    for (std::size_t k = 0; k < scene.materials.size(); ++k)
+        report.say("  material \"{}\": {:.3f} m2 indoors, {:.3f} m2 outdoors", scene.materials[k].name,
+                   indoor_m2[k], outdoor_m2[k]);
+}
+
+void describe_apertures(const CheckedScene& checked, Report& report) {
+    for (const Aperture& aperture : checked.building.apertures)
+        report.say("  aperture \"{}\": {:.3f} m2, {}, glazing \"{}\"", aperture.name, aperture.area_m2,
+                   aperture.inner ? "between rooms"
+                                  : "facing " + orientation(-aperture.normal, checked.scene.north_rad),
+                   checked.scene.glazings[index(aperture.glazing)].name);
+}
+
+/// 256 directions spread evenly over the half-space around a unit normal: a Fibonacci spiral (R. Swinbank and
+/// R. J. Purser, Q. J. R. Meteorol. Soc. 132, 2006).
+std::vector<glm::dvec3> spread_directions(const glm::dvec3& normal) {
+    constexpr int count = 256;
+    const PlaneFrame frame = make_plane_frame({}, normal);
+    const double golden_angle = pi * (3.0 - std::sqrt(5.0));
+    std::vector<glm::dvec3> directions;
+    for (int k = 0; k < count; ++k) {
+        const double z = (k + 0.5) / count;
+        const double radius = std::sqrt(1.0 - z * z);
+        directions.push_back(radius * std::cos(golden_angle * k) * frame.x +
+                             radius * std::sin(golden_angle * k) * frame.y + z * normal);
+    }
+    return directions;
+}
+
+bool sees_sky(const CheckedScene& checked, const Aperture& aperture) {
+    std::vector<glm::dvec3> directions = spread_directions(-aperture.normal);
+    std::erase_if(directions, [](const glm::dvec3& direction) { return direction.z <= 0.0; });
+    if (directions.empty()) return false;
+    std::vector<FacetId> seen(directions.size());
+    for (const FacetId id : aperture.facets) {
+        const Facet& facet = checked.building.facets[index(id)];
+        glm::dvec3 centre{};
+        for (const glm::dvec3& vertex : facet.vertices_m)
+            centre += vertex;
+        centre /= static_cast<double>(facet.vertices_m.size());
+        // The centre and, for large openings that are partly hidden, points on the way to the corners.
+        std::vector<glm::dvec3> points{centre};
+        for (const glm::dvec3& vertex : facet.vertices_m)
+            points.push_back(0.25 * centre + 0.75 * vertex);
+        for (const glm::dvec3& point : points) {
+            checked.visibility.first_seen({point, -aperture.normal}, directions, seen);
+            if (std::ranges::find(seen, FacetId::none) != seen.end()) return true;
+        }
+    }
+    return false;
+}
+
+void warn_of_apertures(const CheckedScene& checked, Report& report) {
+    const auto outer = std::ranges::count(checked.building.apertures, false, &Aperture::inner);
+    if (outer == 0)
+        report.warn(
+            "no aperture: no daylight comes in (carve a window through the wall, or list one under "
+            "apertures)");
+    for (const Aperture& aperture : checked.building.apertures)
+        if (!aperture.inner && !sees_sky(checked, aperture))
+            report.warn("aperture \"{}\" sees no sky (does it look into the ground or another building?)",
+                        aperture.name);
+}
+
+void warn_of_size(const CheckedScene& checked, Report& report) {
+    // Rooms are metres to tens of metres across; a model in millimetres read as metres is a thousand times
+    // that.
+    constexpr double largest_m = 300.0, smallest_m = 0.3;
+    glm::dvec3 low(1e300), high(-1e300);
+    for (const Facet& facet : checked.building.facets)
+        if (facet.environment == Environment::indoor)
+            for (const glm::dvec3& vertex : facet.vertices_m) {
+                low = glm::min(low, vertex);
+                high = glm::max(high, vertex);
+            }
+    if (low.x > high.x) {
+        report.warn("no indoor surface: there is no room");
+        return;
+    }
+    const glm::dvec3 size = high - low;
+    const double extent_m = std::max({size.x, size.y, size.z});
+    report.say("  indoor extent {:.3f} x {:.3f} x {:.3f} m", size.x, size.y, size.z);
+    if (extent_m > largest_m)
+        report.warn("the rooms are {:.0f} m across: is the scene in millimetres? (lengths are metres)",
+                    extent_m);
+    if (extent_m < smallest_m)
+        report.warn("the rooms are only {:.4f} m across: is the scene in kilometres? (lengths are metres)",
+                    extent_m);
+}
+
+void warn_of_reflectances(const CheckedScene& checked, Report& report) {
+    // Fresh snow and barium sulphate reach 0.95 and more, black velvet stays below 0.02; paint does neither.
+    constexpr double brightest = 0.95, darkest = 0.02;
+    const auto warn = [&](const std::string& what, const Band3& reflectance) {
+        if (largest(reflectance) > brightest)
+            report.warn("{} reflects {:.3f}: more than {} is rare (percent given as a share?)", what,
+                        largest(reflectance), brightest);
+        if (largest(reflectance) < darkest)
+            report.warn("{} reflects {:.3f}: less than {} is rare (black on purpose?)", what,
+                        largest(reflectance), darkest);
+    };
+    for (const Material& material : checked.scene.materials)
+        warn(fmt::format("material \"{}\"", material.name), material.reflectance);
+    warn("the ground", checked.scene.ground.reflectance);
+}
+
+void check_sensors(const CheckedScene& checked, Report& report) {
+    struct SetCount {
+        std::size_t points = 0, in_solid = 0, outdoors = 0;
+        std::string first_in_solid, first_outdoors;
+    };
+    std::vector<SetCount> counts(checked.scene.sensors.size());
+    for (const Sensor& sensor : place_sensors(checked.scene, checked.building)) {
+        SetCount& count = counts[sensor.set];
+        ++count.points;
+        if (sensor.medium == Medium::solid && count.in_solid++ == 0) count.first_in_solid = sensor.id;
+        if (sensor.medium == Medium::outdoor_air && count.outdoors++ == 0) count.first_outdoors = sensor.id;
+    }
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+        const std::string& id = checked.scene.sensors[s].id;
+        report.say("  sensors \"{}\": {} points", id, counts[s].points);
+        if (counts[s].points == 0)
+            report.warn("sensors \"{}\": no point (is the height inside a room, the margin too large?)", id);
+        if (counts[s].in_solid > 0)
+            report.warn("sensors \"{}\": {} of {} points inside a solid, the first is {}", id,
+                        counts[s].in_solid, counts[s].points, counts[s].first_in_solid);
+        if (counts[s].outdoors > 0)
+            report.warn("sensors \"{}\": {} of {} points outdoors, the first is {}", id, counts[s].outdoors,
+                        counts[s].points, counts[s].first_outdoors);
+    }
+}
+
+void check_views(const CheckedScene& checked, Report& report) {
+    for (const View& view : checked.scene.views) {
+        report.say("  view \"{}\": {} x {} pixels", view.id, view.width, view.height);
+        if (medium_at(checked.scene, view.from_m) == Medium::solid)
+            report.warn("view \"{}\" looks from inside a solid (at {:.3f}, {:.3f}, {:.3f})", view.id,
+                        view.from_m.x, view.from_m.y, view.from_m.z);
+    }
+}
+
+void warn_of_sun(const CheckedScene& checked, Report& report) {
+    if (!checked.scene.sun) return;
+    const SunDescription& sun = *checked.scene.sun;
+    if (sun.altitude_rad <= 0.0)
+        report.warn("the sun stands at {:.1f} deg, below the horizon: it gives no light",
+                    degrees_from_radians(sun.altitude_rad));
+    if (sun.direct_normal_illuminance_lx <= 0.0)
+        report.warn("the sun is given a place but no direct_normal_illuminance_lx: it gives no light");
+}
+
+/// Rows of form factors of some patches of every indoor face: how long rows are, and where light leaves
+/// unseen.
+void check_rows(const CheckedScene& checked, Report& report, Progress& progress) {
+    const auto& [scene, building, grid, visibility] = checked;
+    if (grid.gather_patch_count == 0) return;
+    // About this many rows in all, but one of every face: enough for a forecast within some percent.
+    constexpr std::size_t wanted_rows = 512;
+    const std::size_t step = std::max<std::size_t>(1, grid.gather_patch_count / wanted_rows);
+    std::vector<PatchId> chosen;
+    for (std::size_t k = 0; k < grid.gather_patch_count; ++k)
+        if (k % step == 0 || k == 0 || grid.patches[k].face != grid.patches[k - 1].face)
+            chosen.push_back(make_id<PatchId>(k));
+
+    std::vector<double> lost(chosen.size());
+    std::vector<std::size_t> entries(chosen.size());
+    ThreadScratch<FormFactorRow> rows;
+    parallel_stage("form factors of some patches", chosen.size(), 1, progress, [&](std::size_t k) {
+        FormFactorRow& row = rows.local();
+        visibility.form_factor_row(chosen[k], row);
+        lost[k] = row.lost;
+        entries[k] = row.values.size();
+    });
+
+    double row_length = 0.0;
+    for (const std::size_t count : entries)
+        row_length += static_cast<double>(count);
+    row_length /= static_cast<double>(chosen.size());
+    const auto row_count = static_cast<double>(grid.gather_patch_count);
+    // A column number and a value per entry.
+    constexpr double bytes_per_entry = sizeof(std::uint32_t) + sizeof(double);
+    // The rows as the backend gave them and their transpose or repaired copy exist side by side for a while.
+    constexpr double copies = 2.0;
+    const double megabytes = copies * row_count * row_length * bytes_per_entry / 1e6;
+    report.say("  form factors: {:.0f} rows of about {:.0f} entries; memory up to about {:.0f} MB", row_count,
+               row_length, std::ceil(megabytes));
+
+    const auto worst = std::ranges::max_element(lost);
+    // Cracks of rounding are below this share of a patch's half-space.
+    constexpr double leak = 1e-3;
+    if (*worst > leak) {
+        const PatchId patch = chosen[static_cast<std::size_t>(worst - lost.begin())];
+        report.warn(
+            "a leak: {:.1f} % of what face \"{}\" sees is neither surface nor aperture (a gap between "
+            "polygons?)",
+            100.0 * *worst, building.faces[index(grid.patches[index(patch)].face)].name);
+    }
+}
+
+}  // namespace
+
+void check(const CheckOptions& options, Progress& progress) {
+    const Scene scene = read_scene(options.scene);
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    const std::unique_ptr<Visibility> visibility =
+        backends_named(default_backend()).front().make(building, grid, {});
+    const CheckedScene checked{scene, building, grid, *visibility};
+
+    Report report;
+    describe_surfaces(checked, report);
+    warn_of_size(checked, report);
+    describe_apertures(checked, report);
+    warn_of_apertures(checked, report);
+    warn_of_reflectances(checked, report);
+    check_sensors(checked, report);
+    check_views(checked, report);
+    warn_of_sun(checked, report);
+    check_rows(checked, report, progress);
+    for (const std::string& warning : report.warnings)
+        report.contents += "warning: " + warning + "\n";
+    if (report.warnings.empty()) report.contents += "nothing suspicious\n";
+    std::fwrite(report.contents.data(), 1, report.contents.size(), stdout);
+}
+
+}  // namespace naturel

@@ -1,0 +1,60 @@
+#pragma once
+#include <array>
+#include <string_view>
+
+#include "core/daylight.h"
+#include "core/scene.h"
+#include "hemicube_backend/hemicube_visibility.h"
+
+namespace naturel {
+
+/// The word for a value of an enumeration, on the command line and in result files.
+template <class Enum>
+struct Choice {
+    Enum value;
+    std::string_view name;
+};
+
+inline constexpr std::array indirect_methods{
+    Choice{IndirectMethod::patch, "patch"},
+    Choice{IndirectMethod::gather, "gather"},
+};
+inline constexpr std::array form_factor_repairs{
+    Choice{FormFactorRepair::none, "none"},
+    Choice{FormFactorRepair::renormalise, "renormalise"},
+    Choice{FormFactorRepair::reciprocal, "reciprocal"},
+};
+inline constexpr std::array projection_surfaces{
+    Choice{ProjectionSurface::hemicube, "hemicube"},
+    Choice{ProjectionSurface::single_plane, "single_plane"},
+};
+inline constexpr std::array cell_spacings{
+    Choice{CellSpacing::equal_solid_angle, "equal_solid_angle"},
+    Choice{CellSpacing::equal_form_factor, "equal_form_factor"},
+    Choice{CellSpacing::uniform, "uniform"},
+};
+inline constexpr std::array direct_methods{
+    Choice{DirectMethod::article, "article"},
+    Choice{DirectMethod::adaptive, "adaptive"},
+};
+inline constexpr std::array sky_models{
+    Choice{SkyModel::uniform, "uniform"},
+    Choice{SkyModel::moon_spencer, "moon_spencer"},
+    Choice{SkyModel::cie_clear, "cie_clear"},
+    Choice{SkyModel::cie_clear_polluted, "cie_clear_polluted"},
+};
+inline constexpr std::array primaries_names{
+    Choice{PrimariesName::srgb, "srgb"},
+    Choice{PrimariesName::ebu, "ebu"},
+    Choice{PrimariesName::p22, "p22"},
+};
+
+/// The word for `value`, which must be among the choices.
+template <class Enum, std::size_t count>
+constexpr std::string_view name_of(const std::array<Choice<Enum>, count>& choices, Enum value) {
+    for (const Choice<Enum>& choice : choices)
+        if (choice.value == value) return choice.name;
+    return {};
+}
+
+}  // namespace naturel

@@ -1,0 +1,143 @@
+#include "cli/csv_writer.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+
+namespace naturel {
+namespace {
+
+/// Builds a table cell by cell.
+class Table {
+public:
+    explicit Table(std::string_view header) : text_(header) { text_ += '\n'; }
+
+    Table& cell(std::string_view text) {
+        separate();
+        if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+            text_ += text;
+            return *this;
+        }
+        text_ += '"';
+        for (const char c : text)
+            text_.append(c == '"' ? 2 : 1, c);
+        text_ += '"';
+        return *this;
+    }
+    Table& cell(std::size_t number) {
+        separate();
+        fmt::format_to(std::back_inserter(text_), "{}", number);
+        return *this;
+    }
+    Table& cell(double number) {
+        separate();
+        if (!std::isfinite(number)) throw std::logic_error("a result is not a finite number");
+        // + 0.0 turns -0 into 0.
+        fmt::format_to(std::back_inserter(text_), "{:.9g}", number + 0.0);
+        return *this;
+    }
+    Table& cell(std::optional<double> number) { return number ? cell(*number) : cell(std::string_view()); }
+    Table& cell(const glm::dvec3& vector) { return cell(vector.x).cell(vector.y).cell(vector.z); }
+    Table& cell(const Band3& band) { return cell(band.r).cell(band.g).cell(band.b); }
+    void end_row() {
+        text_ += '\n';
+        row_begins_ = true;
+    }
+    std::string take() && { return std::move(text_); }
+
+private:
+    void separate() {
+        if (!row_begins_) text_ += ',';
+        row_begins_ = false;
+    }
+
+    std::string text_;
+    bool row_begins_ = true;
+};
+
+/// The columns of add_point().
+const std::string point_columns =
+    "x_m,y_m,z_m,nx,ny,nz,sky_lx,sun_lx,erc_lx,irc_lx,total_lx,total_r_lx,total_g_lx,total_b_lx,"
+    "daylight_factor_percent";
+
+void add_point(Table& table, const Result& result, const glm::dvec3& position_m, const glm::dvec3& normal,
+               const PointIlluminance& point) {
+    const Primaries& primaries = result.primaries;
+    table.cell(position_m).cell(normal);
+    table.cell(primaries.luminous(point.direct.sky_lx))
+        .cell(primaries.luminous(point.direct.sun_lx))
+        .cell(primaries.luminous(point.direct.outdoor_lx.total()))
+        .cell(primaries.luminous(point.indirect_lx.total()))
+        .cell(primaries.luminous(point.total_lx()))
+        .cell(point.total_lx())
+        .cell(daylight_factor_percent(result, point));
+    table.end_row();
+}
+
+}  // namespace
+
+std::string sensors_csv(const Result& result) {
+    Table table("id,set," + point_columns);
+    for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
+        const Sensor& sensor = result.solution.sensors[k];
+        table.cell(std::string_view(sensor.id)).cell(std::string_view(result.scene.sensors[sensor.set].id));
+        add_point(table, result, sensor.point.position_m, sensor.point.normal,
+                  result.solution.sensor_values[k]);
+    }
+    return std::move(table).take();
+}
+
+std::string nodes_csv(const Result& result) {
+    Table table("id,face," + point_columns);
+    for (std::size_t k = 0; k < result.grid.nodes.size(); ++k) {
+        const Node& node = result.grid.nodes[k];
+        const Face& face = result.building.faces[index(node.face)];
+        table.cell(k).cell(std::string_view(face.name));
+        add_point(table, result, node.position_m, face.normal, result.solution.nodes[k]);
+    }
+    return std::move(table).take();
+}
+
+std::string patches_csv(const Result& result) {
+    Table table(
+        "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,erc_lx,"
+        "irc_lx,"
+        "total_lx,total_r_lx,total_g_lx,total_b_lx,exitance_lm_m2,exitance_r_lm_m2,exitance_g_lm_m2,exitance_"
+        "b_lm_m2");
+    for (std::size_t k = 0; k < result.grid.gather_patch_count; ++k) {
+        const Patch& patch = result.grid.patches[k];
+        const Face& face = result.building.faces[index(patch.face)];
+        const Band3 reflectance =
+            face.aperture
+                ? result.scene.glazings[index(result.building.apertures[index(*face.aperture)].glazing)]
+                      .inner_reflectance
+                : result.scene.materials[index(face.material)].reflectance;
+        const DirectIlluminance& direct = result.solution.patch_components[k];
+        const Band3 indirect_lx = result.solution.radiosity.indirect_illuminance_lx[k].total();
+        const Band3 total_lx = result.solution.patch_direct_lx[k].total() + indirect_lx;
+        const Band3 exitance_lm_m2 = result.solution.radiosity.exitance_lm_m2[k].total();
+        const Primaries& primaries = result.primaries;
+        table.cell(k)
+            .cell(std::string_view(face.name))
+            .cell(patch.area_m2)
+            .cell(patch.centroid_m)
+            .cell(patch.normal);
+        table.cell(reflectance)
+            .cell(primaries.luminous(direct.sky_lx))
+            .cell(primaries.luminous(direct.sun_lx))
+            .cell(primaries.luminous(direct.outdoor_lx.total()))
+            .cell(primaries.luminous(indirect_lx))
+            .cell(primaries.luminous(total_lx))
+            .cell(total_lx)
+            .cell(primaries.luminous(exitance_lm_m2))
+            .cell(exitance_lm_m2);
+        table.end_row();
+    }
+    return std::move(table).take();
+}
+
+}  // namespace naturel

@@ -1,0 +1,17 @@
+#pragma once
+#include <string>
+
+#include "cli/result.h"
+
+namespace naturel {
+
+// Tables as comma-separated text: one header line, "\n" at line ends, '.' as decimal mark, nine significant
+// digits. Photometric columns are Primaries::luminous() of the bands. A number that is not finite is an
+// internal fault.
+
+std::string sensors_csv(const Result& result);  ///< one row per sensor, in the order of the scene
+std::string nodes_csv(const Result& result);    ///< one row per node of the indoor grid
+std::string patches_csv(
+    const Result& result);  ///< one row per patch that exchanges light indoors, apertures included
+
+}  // namespace naturel

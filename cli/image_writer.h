@@ -1,0 +1,27 @@
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/colour.h"
+#include "core/picture.h"
+
+namespace naturel {
+
+/// Name and text of what an image file says about itself.
+using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
+
+/// Bytes of an OpenEXR file, 32-bit float, cd/m2: channels R, G, B are the bands, Y is the luminance. The
+/// file states the chromaticities of the bands, so that other programs show the right colours. Float, not
+/// half: a clear sky close to the sun exceeds the 65504 of half.
+std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata);
+
+/// The luminance that an automatic exposure shows as white: the 99th percentile of the pixels, so that a
+/// glimpse of sky does not darken the room; the largest when that is 0, and 1 for a black picture.
+double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries);
+
+/// Bytes of a PNG file, 8-bit sRGB.
+std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,
+                       const ImageMetadata& metadata);
+
+}  // namespace naturel

@@ -1,0 +1,186 @@
+#include "cli/json_writer.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "cli/choices.h"
+
+namespace naturel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON knows neither infinity nor NaN; the library would write null and nobody would notice.
+void expect_finite(const Json& json) {
+    if (json.is_number_float() && !std::isfinite(json.get<double>()))
+        throw std::logic_error("a result is not a finite number");
+    if (json.is_structured())
+        for (const Json& element : json)
+            expect_finite(element);
+}
+
+std::string text_of(const Json& json) {
+    expect_finite(json);
+    // Names come from files; what is not UTF-8 in them is replaced rather than refused after a long
+    // calculation.
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json json_of(const Statistics& statistics) {
+    return {{"mean", statistics.mean},
+            {"median", statistics.median},
+            {"min", statistics.min},
+            {"max", statistics.max}};
+}
+
+Json options_json(const Result& result) {
+    const Scene& scene = result.scene;
+    const DaylightOptions& daylight = result.options.daylight;
+    Json options{{"grid_spacing_m", scene.grid.spacing_m},
+                 {"outdoor_grid_spacing_m", scene.grid.outdoor_spacing_m},
+                 {"direct_method", name_of(direct_methods, scene.direct.method)},
+                 {"direct_tolerance", scene.direct.tolerance},
+                 {"primaries", name_of(primaries_names, scene.primaries)},
+                 {"sensor_irc", name_of(indirect_methods, daylight.sensor_indirect)},
+                 {"node_irc", name_of(indirect_methods, daylight.node_indirect)},
+                 {"form_factor_repair", name_of(form_factor_repairs, daylight.form_factors.repair)},
+                 {"radiosity_tolerance", daylight.radiosity.tolerance},
+                 {"max_iterations", daylight.radiosity.max_iterations}};
+    return options;
+}
+
+Json outdoors_json(const Result& result) {
+    const OutdoorLight& outdoors = result.solution.outdoors;
+    Json json{{"sky", name_of(sky_models, result.scene.sky.model)},
+              {"zenith_luminance_cd_m2", outdoors.sky.zenith_luminance().value},
+              {"horizontal_illuminance_lx", outdoors.horizontal_illuminance().value}};
+    if (result.scene.sun)
+        json["sun"] = {
+            {"altitude_deg", degrees_from_radians(result.scene.sun->altitude_rad)},
+            {"azimuth_deg",
+             std::fmod(degrees_from_radians(result.scene.sun->azimuth_rad + result.scene.north_rad) + 720.0,
+                       360.0)},
+            {"direct_normal_illuminance_lx", outdoors.direct_normal_illuminance_lx}};
+    return json;
+}
+
+Json sensor_sets_json(const std::vector<SensorSetStatistics>& sets) {
+    Json json = Json::array();
+    for (const SensorSetStatistics& set : sets) {
+        Json entry{{"id", set.id},
+                   {"points", set.points},
+                   {"points_in_solid", set.points_in_solid},
+                   {"points_outdoors", set.points_outdoors}};
+        if (set.daylight_factor_percent) {
+            entry["daylight_factor_percent"] = json_of(*set.daylight_factor_percent);
+            // Uniformity is the smallest over the mean; a set in the dark has none.
+            if (set.daylight_factor_percent->mean > 0.0)
+                entry["daylight_factor_uniformity"] =
+                    set.daylight_factor_percent->min / set.daylight_factor_percent->mean;
+        }
+        if (set.illuminance_lx) entry["illuminance_lx"] = json_of(*set.illuminance_lx);
+        json.push_back(entry);
+    }
+    return json;
+}
+
+Json quality_json(const Result& result) {
+    const FormFactorQuality& form_factors = result.solution.form_factor_quality;
+    const RadiositySolution& radiosity = result.solution.radiosity;
+    const FluxBalance flux = flux_balance(result);
+    return {{"form_factors",
+             {{"mean_lost", form_factors.mean_lost},
+              {"worst_lost", form_factors.worst_lost},
+              {"mean_truncated", form_factors.mean_truncated},
+              {"worst_truncated", form_factors.worst_truncated},
+              {"reciprocity_gap", form_factors.reciprocity_gap},
+              {"worst_flux_error", form_factors.worst_flux_error},
+              {"repair_change", form_factors.repair_change}}},
+            {"radiosity",
+             {{"iterations", radiosity.iterations},
+              {"relative_residual", radiosity.relative_residual},
+              {"converged", radiosity.converged}}},
+            {"flux",
+             {{"in_lm", flux.in_lm},
+              {"absorbed_lm", flux.absorbed_lm},
+              {"lost_lm", flux.lost_lm},
+              {"relative_gap", flux.relative_gap}}}};
+}
+
+const std::vector<std::string> assumptions{
+    "Every opaque surface reflects diffusely (Lambert), glazing transmits without scattering.",
+    "Sky and sun have the colour of D65.",
+    "The ground is an infinite diffuse plane lit by the unobstructed sky and sun.",
+    "Outdoor surfaces reflect once; light from indoors does not reach them.",
+    "The daylight factor counts light from the sky alone, reflected light included; the sun is left out on "
+    "both sides.",
+    "Photometric values are the CIE luminance of the three bands in the primaries named under options.",
+};
+
+}  // namespace
+
+std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
+                         const std::vector<WrittenView>& views) {
+    const PatchGrid& grid = result.grid;
+    Json settings = Json::object();
+    for (const auto& [name, value] : result.visibility.settings())
+        settings[name] = value;
+    Json pictures = Json::array();
+    Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
+    for (const WrittenView& view : views) {
+        pictures.push_back({{"id", view.id},
+                            {"file", view.file_stem + ".exr"},
+                            {"png_white_cd_m2", view.white_luminance_cd_m2}});
+        files.push_back(view.file_stem + ".exr");
+        files.push_back(view.file_stem + ".png");
+    }
+    return text_of({{"naturel", NATUREL_VERSION},
+                    {"scene",
+                     {{"name", result.scene.name},
+                      {"file", result.options.scene.filename().string()},
+                      {"sha256", result.scene.source_sha256}}},
+                    {"backend", {{"name", result.visibility.name()}, {"settings", settings}}},
+                    {"options", options_json(result)},
+                    {"assumptions", assumptions},
+                    {"counts",
+                     {{"faces", result.building.faces.size()},
+                      {"facets", result.building.facets.size()},
+                      {"apertures", result.building.apertures.size()},
+                      {"patches", grid.patches.size()},
+                      {"indoor_patches", grid.indoor_patch_count},
+                      {"aperture_patches", grid.gather_patch_count - grid.indoor_patch_count},
+                      {"nodes", grid.nodes.size()},
+                      {"sensors", result.solution.sensors.size()}}},
+                    {"outdoors", outdoors_json(result)},
+                    {"sensor_sets", sensor_sets_json(sets)},
+                    {"quality", quality_json(result)},
+                    {"views", pictures},
+                    {"files", files}});
+}
+
+std::string timings_json(const std::vector<StageTime>& stages, int threads) {
+    Json list = Json::array();
+    double total_s = 0.0;
+    for (const StageTime& stage : stages) {
+        list.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
+        total_s += stage.seconds;
+    }
+    return text_of({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
+}
+
+std::string comparison_json(const std::string& backend, const std::string& reference,
+                            const std::vector<SensorSetDifference>& sets) {
+    Json list = Json::array();
+    for (const SensorSetDifference& set : sets)
+        list.push_back({{"id", set.id},
+                        {"points", set.points},
+                        {"mean_reference_lx", set.mean_reference_lx},
+                        {"mean_difference_lx", set.mean_lx},
+                        {"root_mean_square_difference_lx", set.root_mean_square_lx},
+                        {"worst_difference_lx", set.worst_lx},
+                        {"worst_point", set.worst_point}});
+    return text_of({{"backend", backend}, {"reference", reference}, {"sensor_sets", list}});
+}
+
+}  // namespace naturel

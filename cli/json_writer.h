@@ -1,0 +1,35 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "cli/result.h"
+
+namespace naturel {
+
+/// A picture that was written, for the summary.
+struct WrittenView {
+    std::string id;
+    std::string file_stem;               ///< "views/from_the_door"; .exr and .png follow
+    double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
+};
+
+/// One stage of a run and how long it took.
+struct StageTime {
+    std::string stage;
+    double seconds = 0.0;
+};
+
+// Texts of the JSON files. Keys keep their order; a number that is not finite is an internal fault.
+
+/// What was computed, how, and how good it is: enough to run it again. No timings, and nothing that depends
+/// on the number of threads.
+std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
+                         const std::vector<WrittenView>& views);
+
+std::string timings_json(const std::vector<StageTime>& stages, int threads);
+
+/// Differences between two backends: `backend` minus `reference`.
+std::string comparison_json(const std::string& backend, const std::string& reference,
+                            const std::vector<SensorSetDifference>& sets);
+
+}  // namespace naturel

@@ -1,0 +1,217 @@
+#include "cli/options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <thread>
+
+#include "cli/choices.h"
+
+namespace naturel {
+namespace {
+
+/// Refuses numbers outside [low, high], and NaN, which CLI::Range lets pass.
+CLI::Validator within(double low, double high) {
+    return CLI::Validator(
+        [=](std::string& text) {
+            double value = 0.0;
+            const bool is_number = CLI::detail::lexical_cast(text, value);
+            return is_number && value >= low && value <= high
+                       ? std::string()
+                       : fmt::format("\"{}\" is not a number from {} to {}", text, low, high);
+        },
+        "", "");
+}
+
+/// CLI11 wraps "-1" round to a large unsigned number.
+CLI::Validator whole_number() {
+    return CLI::Validator(
+        [](std::string& text) {
+            return std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; })
+                       ? std::string()
+                       : fmt::format("\"{}\" is not a whole number from 0 up", text);
+        },
+        "", "");
+}
+
+/// Cells along a side come in pairs, so that the centre of the square is a corner of four cells.
+CLI::Validator even() {
+    return CLI::Validator(
+        [](std::string& text) {
+            int value = 0;
+            return CLI::detail::lexical_cast(text, value) && value % 2 == 0
+                       ? std::string()
+                       : fmt::format("\"{}\" is not an even number", text);
+        },
+        "", "");
+}
+
+template <class Target, class Enum, std::size_t count>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Target& target,
+                        const std::array<Choice<Enum>, count>& choices, const std::string& description) {
+    std::vector<std::string_view> names;
+    for (const Choice<Enum>& choice : choices)
+        names.push_back(choice.name);
+    const auto take = [name, names, &target, &choices](const std::string& word) {
+        const auto found = std::ranges::find(choices, word, &Choice<Enum>::name);
+        if (found == choices.end())
+            throw CLI::ValidationError(
+                name, fmt::format("unknown word \"{}\" (known: {})", word, fmt::join(names, ", ")));
+        target = found->value;
+    };
+    return app.add_option_function<std::string>(name, take, description)
+        ->type_name(fmt::format("{}", fmt::join(names, "|")));
+}
+
+std::string version_text() {
+    std::string text = "naturel " NATUREL_VERSION;
+    for (const Backend& backend : all_backends())
+        text += fmt::format("\n{}{}{}", backend.name, backend.library.empty() ? "" : ": ", backend.library);
+    return text;
+}
+
+void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
+    app.add_option("SCENE", options.scene, "scene file (JSON, see docs/scene_format.md)")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--backend", options.backend, "visibility method")
+        ->type_name(fmt::format("{}", fmt::join(backend_words(), "|")))
+        ->check(CLI::Validator(
+            [](std::string& word) {
+                return backends_named(word).empty() ? fmt::format("unknown backend \"{}\" (known: {})", word,
+                                                                  fmt::join(backend_words(), ", "))
+                                                    : std::string();
+            },
+            "", ""));
+    app.add_option("--out", options.out,
+                   "folder for the results; each backend writes into a folder of its name there")
+        ->type_name("DIR");
+    app.add_option("--threads", options.threads, "number of threads; results do not depend on it")
+        ->type_name("N")
+        ->check(within(1, 1024));
+    app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
+    app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
+
+    constexpr auto scene_group = "Instead of what the scene file says";
+    app.add_option("--grid-spacing", options.grid_spacing_m, "longest cell of the grid indoors, m")
+        ->type_name("M")
+        ->check(within(1e-3, 1e3))
+        ->group(scene_group);
+    add_choice(app, "--direct", options.direct_method, direct_methods, "how direct illuminance is computed")
+        ->group(scene_group);
+    app.add_option("--tolerance", options.direct_tolerance,
+                   "relative error aimed at for direct illuminance (adaptive method)")
+        ->type_name("X")
+        ->check(within(1e-6, 0.5))
+        ->group(scene_group);
+
+    constexpr auto light_group = "Interreflection";
+    add_choice(app, "--irc", options.daylight.sensor_indirect, indirect_methods,
+               "how interreflected light reaches sensors: mean of the patch, or gathered at the point")
+        ->default_str(std::string(name_of(indirect_methods, options.daylight.sensor_indirect)))
+        ->group(light_group);
+    add_choice(app, "--node-irc", options.daylight.node_indirect, indirect_methods,
+               "the same for nodes of the grid")
+        ->default_str(std::string(name_of(indirect_methods, options.daylight.node_indirect)))
+        ->group(light_group);
+    add_choice(app, "--form-factor-repair", options.daylight.form_factors.repair, form_factor_repairs,
+               "what is done about form factors that break reciprocity or closure")
+        ->default_str(std::string(name_of(form_factor_repairs, options.daylight.form_factors.repair)))
+        ->group(light_group);
+    app.add_option("--radiosity-tolerance", options.daylight.radiosity.tolerance,
+                   "bound on the relative error of the flux at which the iteration stops")
+        ->type_name("X")
+        ->check(within(1e-14, 0.1))
+        ->group(light_group);
+    app.add_option("--max-iterations", options.daylight.radiosity.max_iterations,
+                   "iterations after which radiosity gives up (exit code 4)")
+        ->type_name("N")
+        ->check(within(1, 1e9))
+        ->group(light_group);
+
+    constexpr auto embree_group = "Backend embree";
+    EmbreeOptions& embree = options.backends.embree;
+    app.add_option("--rays", embree.rays_per_patch,
+                   "rays per patch for form factors, rounded up to a multiple of 256")
+        ->type_name("N")
+        ->check(within(1, 1 << 26))
+        ->group(embree_group);
+    app.add_option("--rays-per-point", embree.rays_per_point,
+                   "rays per sensor for interreflected light, rounded up to a multiple of 256")
+        ->type_name("N")
+        ->check(within(1, 1 << 26))
+        ->group(embree_group);
+
+    constexpr auto hemicube_group = "Backend hemicube";
+    HemicubeOptions& hemicube = options.backends.hemicube;
+    add_choice(app, "--projection", hemicube.surface, projection_surfaces,
+               "surface the scene is projected on")
+        ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
+        ->group(hemicube_group);
+    app.add_option("--cells", hemicube.resolution,
+                   "cells along a side of the square or of the top of the hemi-cube; even")
+        ->type_name("N")
+        ->check(within(2, 4096))
+        ->check(even())
+        ->group(hemicube_group);
+    app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
+        ->type_name("X")
+        ->check(within(1e-3, 1e4))
+        ->group(hemicube_group);
+    add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
+        ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
+        ->group(hemicube_group);
+    app.add_flag_callback(
+           "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
+           "do not turn the projection by a random angle about the normal")
+        ->group(hemicube_group);
+}
+
+}  // namespace
+
+std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, const char* const* argv) {
+    RunOptions run;
+    run.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    std::uint64_t seed = run.backends.embree.seed;
+    CheckOptions check;
+
+    CLI::App app("naturel: daylight in buildings by radiosity, with two ways to see", "naturel");
+    app.option_defaults()->always_capture_default();
+    app.set_version_flag("--version", version_text(), "print the version and leave");
+    app.failure_message([](const CLI::App* failed, const CLI::Error& error) {
+        const auto commands = failed->get_subcommands();
+        return fmt::format("naturel: {}\nSee naturel {}--help.\n", error.what(),
+                           commands.empty() ? "" : commands.front()->get_name() + " ");
+    });
+    CLI::App* run_command =
+        app.add_subcommand("run", "compute the daylight of a scene and write tables and pictures");
+    add_run_options(*run_command, run, seed);
+    CLI::App* check_command = app.add_subcommand(
+        "check", "say what a scene contains and warn of likely mistakes, without computing light");
+    check_command->add_option("SCENE", check.scene, "scene file (JSON, see docs/scene_format.md)")
+        ->required()
+        ->type_name("FILE");
+
+    app.require_subcommand(0, 1);
+    app.allow_extras();  // so that an unknown command can be answered with the known ones
+
+    try {
+        app.parse(argc, argv);
+        if (app.get_subcommands().empty())
+            throw CLI::ValidationError(
+                app.remaining().empty()
+                    ? "missing command (known: run, check)"
+                    : fmt::format("unknown command \"{}\" (known: run, check)", app.remaining().front()));
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
+    }
+    run.backends.hemicube.seed = seed;
+    run.backends.embree.seed = seed;
+    if (check_command->parsed()) return check;
+    return run;
+}
+
+}  // namespace naturel

@@ -1,0 +1,38 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "cli/backends.h"
+#include "cli/exit_codes.h"
+#include "core/daylight.h"
+
+namespace naturel {
+
+/// `naturel run SCENE`
+struct RunOptions {
+    std::filesystem::path scene;
+    std::string backend = default_backend();
+    std::filesystem::path out = "out";
+    int threads = 1;  ///< parse_command_line() puts the number of processors here unless told otherwise
+    bool quiet = false;
+    BackendOptions backends;
+    DaylightOptions daylight;
+
+    // These replace what the scene file says.
+    std::optional<double> grid_spacing_m;
+    std::optional<DirectMethod> direct_method;
+    std::optional<double> direct_tolerance;
+};
+
+/// `naturel check SCENE`
+struct CheckOptions {
+    std::filesystem::path scene;
+};
+
+/// What to do, or the exit code when there is nothing left to do: help and version have been printed on
+/// stdout, a usage error on stderr.
+std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, const char* const* argv);
+
+}  // namespace naturel

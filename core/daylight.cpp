@@ -1,0 +1,221 @@
+#include "core/daylight.h"
+
+#include <algorithm>
+#include <chrono>
+#include <glm/geometric.hpp>
+
+#include "core/parallel.h"
+
+namespace naturel {
+
+namespace {
+
+using glm::dvec3;
+
+// Names and times the stages as the progress reports them.
+class StageTimes final : public Progress {
+public:
+    explicit StageTimes(Progress& told) : told_(told) {}
+
+    void begin(std::string_view stage, std::size_t total) override {
+        seconds_.emplace_back(stage, 0.0);
+        start_ = std::chrono::steady_clock::now();
+        told_.begin(stage, total);
+    }
+    void advance(std::size_t steps) override { told_.advance(steps); }
+    void end() override {
+        seconds_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        told_.end();
+    }
+    bool interrupted() const override { return told_.interrupted(); }
+
+    std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
+
+private:
+    Progress& told_;
+    std::vector<std::pair<std::string, double>> seconds_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+// Mean over a convex polygon of what is linear between its corners and the mean of the corners at its centroid: the weights
+// of the corners. Parallelograms: all equal.
+std::vector<double> mean_weights(std::span<const dvec3> polygon, const dvec3& centroid_m, const dvec3& normal) {
+    const std::size_t n = polygon.size();
+    std::vector<double> weights(n, 0.0);
+    double area = 0.0, centre_weight = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const dvec3 a = polygon[i] - centroid_m, b = polygon[(i + 1) % n] - centroid_m;
+        const double triangle = 0.5 * glm::dot(normal, glm::cross(a, b));
+        weights[i] += triangle / 3.0;
+        weights[(i + 1) % n] += triangle / 3.0;
+        centre_weight += triangle / 3.0;
+        area += triangle;
+    }
+    for (double& w : weights) w = (w + centre_weight / static_cast<double>(n)) / area;
+    return weights;
+}
+
+// Points that share the area of a convex polygon, with their shares: four in each triangle of the fan round the centroid.
+struct AreaSamples {
+    std::vector<dvec3> positions_m;
+    std::vector<double> shares;
+};
+
+AreaSamples area_samples(std::span<const dvec3> polygon, const dvec3& centroid_m, double area_m2) {
+    AreaSamples samples;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const dvec3 &a = centroid_m, &b = polygon[i], &c = polygon[(i + 1) % polygon.size()];
+        const double share = 0.5 * glm::length(glm::cross(b - a, c - a)) / area_m2 / 4.0;
+        const dvec3 middle = (a + b + c) / 3.0;
+        for (const dvec3& p : {middle, 0.5 * (a + middle), 0.5 * (b + middle), 0.5 * (c + middle)}) {
+            samples.positions_m.push_back(p);
+            samples.shares.push_back(share);
+        }
+    }
+    return samples;
+}
+
+std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid) {
+    std::vector<Band3> diffuse_transmittance;
+    for (const Glazing& glazing : scene.glazings)
+        diffuse_transmittance.push_back(GlazingTransmission(glazing).diffuse_transmittance());
+    std::vector<PatchOptics> optics(grid.gather_patch_count);
+    for (std::size_t p = 0; p < optics.size(); ++p) {
+        const Face& face = building.faces[index(grid.patches[p].face)];
+        if (!face.aperture) {
+            const Material& material = scene.materials[index(face.material)];
+            optics[p].reflectance = material.reflectance;
+            optics[p].exitance_lm_m2 = material.exitance_lm_m2;
+            continue;
+        }
+        const Aperture& aperture = building.apertures[index(*face.aperture)];
+        optics[p].reflectance = scene.glazings[index(aperture.glazing)].inner_reflectance;
+        if (aperture.inner) {
+            optics[p].transmittance = diffuse_transmittance[index(aperture.glazing)];
+            optics[p].behind = grid.behind(make_id<PatchId>(p));
+        }
+    }
+    return optics;
+}
+
+// Indirect illuminance of a point from the exitance of what it sees.
+LightBySource gather(const Visibility& visibility, const GatherPoint& point, std::span<const LightBySource> exitance_lm_m2,
+                     FormFactorRepair repair, FormFactorRow& row) {
+    visibility.gather_row(point, row);
+    LightBySource sum;
+    for (std::size_t k = 0; k < row.patches.size(); ++k) sum += row.values[k] * exitance_lm_m2[index(row.patches[k])];
+    // As the rows of the form factors: what the method does not look at is taken to be like the rest.
+    return repair == FormFactorRepair::none || row.truncated >= 1.0 ? sum : 1.0 / (1.0 - row.truncated) * sum;
+}
+
+// IRC of each node as the article has it: the mean of the patches that meet there, weighted by their area.
+std::vector<LightBySource> node_means(const PatchGrid& grid, std::span<const LightBySource> patch_values) {
+    std::vector<LightBySource> sums(grid.nodes.size());
+    std::vector<double> areas(grid.nodes.size(), 0.0);
+    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
+        for (const NodeId node : grid.corners_of(make_id<PatchId>(p))) {
+            sums[index(node)] += grid.patches[p].area_m2 * patch_values[p];
+            areas[index(node)] += grid.patches[p].area_m2;
+        }
+    }
+    for (std::size_t n = 0; n < sums.size(); ++n) sums[n] = 1.0 / areas[n] * sums[n];
+    return sums;
+}
+
+// The patch a sensor lies on; none in the air.
+PatchId patch_under(const Building& building, const PatchGrid& grid, const GatherPoint& point) {
+    constexpr double touching_m = 1e-3;
+    for (const Facet& facet : building.facets) {
+        if (facet.environment != Environment::indoor || facet.is_aperture) continue;
+        const double height = glm::dot(point.position_m - facet.vertices_m[0], facet.normal);
+        if (height < 0.0 || height > touching_m || glm::dot(point.normal, facet.normal) < 1.0 - 1e-6) continue;
+        bool inside = true;
+        for (std::size_t i = 0; i < facet.vertices_m.size(); ++i) {
+            const dvec3 edge = facet.vertices_m[(i + 1) % facet.vertices_m.size()] - facet.vertices_m[i];
+            inside = inside && glm::dot(glm::cross(facet.normal, edge), point.position_m - facet.vertices_m[i]) >= 0.0;
+        }
+        if (inside) return grid.patch_at(facet.face, point.position_m);
+    }
+    return PatchId::none;
+}
+
+}  // namespace
+
+DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                  const Visibility& visibility, const DaylightOptions& options, Progress& told) {
+    StageTimes progress(told);
+    DaylightSolution solution{.outdoors = light_outdoors(scene, building, grid, visibility, progress)};
+    const DirectLight direct(scene, building, grid, solution.outdoors, visibility);
+
+    solution.nodes.resize(grid.nodes.size());
+    parallel_stage("direct light at nodes", grid.nodes.size(), 8, progress, [&](std::size_t n) {
+        const Node& node = grid.nodes[n];
+        solution.nodes[n].direct = direct.at({node.gather_position_m, building.faces[index(node.face)].normal});
+    });
+
+    // Patches: the mean of their nodes, but for the sun, whose edges run through patches.
+    solution.patch_components.resize(grid.gather_patch_count);
+    parallel_stage("direct light on patches", grid.indoor_patch_count, 16, progress, [&](std::size_t p) {
+        const auto id = make_id<PatchId>(p);
+        const Patch& patch = grid.patches[p];
+        DirectIlluminance& mean = solution.patch_components[p];
+        const auto corners = grid.corners_of(id);
+        const std::vector<double> weights = mean_weights(grid.polygon_of(id), patch.centroid_m, patch.normal);
+        for (std::size_t k = 0; k < corners.size(); ++k) {
+            const DirectIlluminance& corner = solution.nodes[index(corners[k])].direct;
+            mean.sky_lx += weights[k] * corner.sky_lx;
+            mean.outdoor_lx += weights[k] * corner.outdoor_lx;
+        }
+        if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
+            const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+            std::vector<Band3> sun_lx(samples.positions_m.size());
+            direct.sun_at(samples.positions_m, patch.normal, sun_lx);
+            for (std::size_t k = 0; k < sun_lx.size(); ++k) mean.sun_lx += samples.shares[k] * sun_lx[k];
+        }
+    });
+    for (const DirectIlluminance& components : solution.patch_components)
+        solution.patch_direct_lx.push_back(components.by_source());
+
+    const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
+    solution.form_factor_quality = form_factors.quality;
+
+    std::vector<double> area_m2;
+    for (std::size_t p = 0; p < grid.gather_patch_count; ++p) area_m2.push_back(grid.patches[p].area_m2);
+    solution.radiosity = solve_radiosity(form_factors, area_m2, patch_optics(scene, building, grid), solution.patch_direct_lx,
+                                         options.radiosity, progress);
+
+    const std::span<const LightBySource> exitance = solution.radiosity.exitance_lm_m2;
+    ThreadScratch<FormFactorRow> scratch;
+    if (options.node_indirect == IndirectMethod::gather) {
+        parallel_stage("gathering at nodes", grid.nodes.size(), 4, progress, [&](std::size_t n) {
+            const Node& node = grid.nodes[n];
+            solution.nodes[n].indirect_lx = gather(visibility, {node.gather_position_m, building.faces[index(node.face)].normal},
+                                                   exitance, options.form_factors.repair, scratch.local());
+        });
+    } else {
+        const auto means = node_means(grid, solution.radiosity.indirect_illuminance_lx);
+        for (std::size_t n = 0; n < means.size(); ++n) solution.nodes[n].indirect_lx = means[n];
+    }
+
+    solution.sensors = place_sensors(scene, building);
+    solution.sensor_values.resize(solution.sensors.size());
+    parallel_stage("sensors", solution.sensors.size(), 2, progress, [&](std::size_t s) {
+        const Sensor& sensor = solution.sensors[s];
+        PointIlluminance& value = solution.sensor_values[s];
+        if (sensor.medium == Medium::outdoor_air) {
+            const OutdoorIlluminance open = outdoor_illuminance(solution.outdoors, building, grid, visibility, sensor.point);
+            value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx};
+        } else if (sensor.medium == Medium::indoor_air) {
+            value.direct = direct.at(sensor.point);
+            const PatchId under = options.sensor_indirect == IndirectMethod::patch ? patch_under(building, grid, sensor.point)
+                                                                                   : PatchId::none;
+            value.indirect_lx = under != PatchId::none
+                                    ? solution.radiosity.indirect_illuminance_lx[index(under)]
+                                    : gather(visibility, sensor.point, exitance, options.form_factors.repair, scratch.local());
+        }
+    });
+    solution.stage_seconds = progress.take();
+    return solution;
+}
+
+}  // namespace naturel

@@ -1,0 +1,341 @@
+#include "core/form_factors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/errors.h"
+#include "core/parallel.h"
+
+namespace naturel {
+namespace {
+
+/// A sparse square matrix in compressed rows, columns increasing in a row.
+struct SparseRows {
+    std::vector<std::uint64_t> row_begin;
+    std::vector<std::uint32_t> column;
+    std::vector<double> value;
+};
+
+/// What the rows say about themselves, [row].
+struct RowShares {
+    std::vector<double> lost;
+    std::vector<double> truncated;
+};
+
+FormFactors collect_rows(const Visibility& visibility, std::size_t count, RowShares& shares,
+                         Progress& progress) {
+    std::vector<FormFactorRow> rows(count);
+    ThreadScratch<FormFactorRow> scratch;
+    parallel_stage("form factors", count, 1, progress, [&](std::size_t i) {
+        FormFactorRow& row = scratch.local();
+        visibility.form_factor_row(make_id<PatchId>(i), row);
+        rows[i] = row;  // allocates what the row needs and no more
+    });
+
+    FormFactors f;
+    shares.lost.resize(count);
+    shares.truncated.resize(count);
+    f.row_begin.resize(count + 1);
+    for (std::size_t i = 0; i < count; ++i) {
+        f.row_begin[i + 1] = f.row_begin[i] + rows[i].values.size();
+        shares.lost[i] = rows[i].lost;
+        shares.truncated[i] = rows[i].truncated;
+    }
+    f.column.resize(f.row_begin.back());
+    f.value.resize(f.row_begin.back());
+    parallel_for(count, 16, [&](std::size_t i) {
+        std::transform(rows[i].patches.begin(), rows[i].patches.end(), f.column.data() + f.row_begin[i],
+                       [](PatchId patch) { return static_cast<std::uint32_t>(patch); });
+        std::copy(rows[i].values.begin(), rows[i].values.end(), f.value.data() + f.row_begin[i]);
+        rows[i] = {};
+    });
+    return f;
+}
+
+/// Counting sort by column. Each task owns a range of columns and reads all rows in order, so that neither
+/// the result nor the order of writes depends on the number of threads.
+SparseRows transpose(const FormFactors& f) {
+    const std::size_t count = f.row_count();
+    constexpr std::size_t columns_per_task = 256;
+    const std::size_t tasks = (count + columns_per_task - 1) / columns_per_task;
+
+    const auto for_each_in_task = [&](std::size_t task, const auto& visit) {
+        const std::size_t first = task * columns_per_task;
+        const std::size_t last = std::min(count, first + columns_per_task);
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t* const row_end = f.column.data() + f.row_begin[i + 1];
+            const std::uint32_t* c = std::lower_bound(f.column.data() + f.row_begin[i], row_end, first);
+            for (; c != row_end && *c < last; ++c)
+                visit(i, *c, f.value[static_cast<std::size_t>(c - f.column.data())]);
+        }
+    };
+
+    SparseRows t;
+    t.row_begin.resize(count + 1);
+    parallel_for(tasks, 1, [&](std::size_t task) {
+        for_each_in_task(task, [&](std::size_t, std::uint32_t c, double) { ++t.row_begin[c + 1]; });
+    });
+    for (std::size_t i = 0; i < count; ++i)
+        t.row_begin[i + 1] += t.row_begin[i];
+    t.column.resize(f.column.size());
+    t.value.resize(f.value.size());
+    std::vector<std::uint64_t> next(t.row_begin.begin(), t.row_begin.end() - 1);
+    parallel_for(tasks, 1, [&](std::size_t task) {
+        for_each_in_task(task, [&](std::size_t i, std::uint32_t c, double value) {
+            t.column[next[c]] = static_cast<std::uint32_t>(i);
+            t.value[next[c]++] = value;
+        });
+    });
+    return t;
+}
+
+/// Calls visit(j, F_ij, F_ji) for all j for which one of the two is not zero, in increasing order.
+template <class Visit>
+void for_each_exchange(const FormFactors& f, const SparseRows& transposed, std::size_t i,
+                       const Visit& visit) {
+    std::size_t a = f.row_begin[i];
+    std::size_t b = transposed.row_begin[i];
+    const std::size_t a_end = f.row_begin[i + 1];
+    const std::size_t b_end = transposed.row_begin[i + 1];
+    while (a < a_end || b < b_end) {
+        const bool from_a = b == b_end || (a < a_end && f.column[a] <= transposed.column[b]);
+        const bool from_b = a == a_end || (b < b_end && transposed.column[b] <= f.column[a]);
+        const std::uint32_t j = from_a ? f.column[a] : transposed.column[b];
+        visit(j, from_a ? f.value[a++] : 0.0, from_b ? transposed.value[b++] : 0.0);
+    }
+}
+
+FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, const RowShares& shares,
+                          const std::vector<double>& area_m2) {
+    struct RowMeasure {
+        double gap = 0.0, exchanged = 0.0, flux_error = 0.0;
+    };
+    std::vector<RowMeasure> measures(f.row_count());
+    parallel_for(f.row_count(), 16, [&](std::size_t i) {
+        RowMeasure m;
+        double arriving = 0.0;
+        double leaving = 0.0;
+        for_each_exchange(f, transposed, i, [&](std::uint32_t j, double f_ij, double f_ji) {
+            m.gap += std::abs(area_m2[i] * f_ij - area_m2[j] * f_ji);
+            m.exchanged += area_m2[i] * f_ij + area_m2[j] * f_ji;
+            leaving += f_ij;
+            arriving += area_m2[j] * f_ji;
+        });
+        m.flux_error = std::abs(arriving / area_m2[i] - leaving);
+        measures[i] = m;
+    });
+
+    FormFactorQuality q;
+    double area = 0.0;
+    RowMeasure sum;
+    for (std::size_t i = 0; i < f.row_count(); ++i) {
+        area += area_m2[i];
+        q.mean_lost += area_m2[i] * shares.lost[i];
+        q.mean_truncated += area_m2[i] * shares.truncated[i];
+        q.worst_lost = std::max(q.worst_lost, shares.lost[i]);
+        q.worst_truncated = std::max(q.worst_truncated, shares.truncated[i]);
+        q.worst_flux_error = std::max(q.worst_flux_error, measures[i].flux_error);
+        sum.gap += measures[i].gap;
+        sum.exchanged += measures[i].exchanged;
+    }
+    if (area > 0.0) {
+        q.mean_lost /= area;
+        q.mean_truncated /= area;
+    }
+    if (sum.exchanged > 0.0) q.reciprocity_gap = sum.gap / sum.exchanged;
+    return q;
+}
+
+/// S_ij = (A_i F_ij + A_j F_ji) / 2: symmetric to the last bit.
+SparseRows mean_exchange(const FormFactors& f, const SparseRows& transposed,
+                         const std::vector<double>& area_m2) {
+    SparseRows s;
+    s.row_begin.resize(f.row_count() + 1);
+    parallel_for(f.row_count(), 16, [&](std::size_t i) {
+        for_each_exchange(f, transposed, i, [&](std::uint32_t, double, double) { ++s.row_begin[i + 1]; });
+    });
+    for (std::size_t i = 0; i < f.row_count(); ++i)
+        s.row_begin[i + 1] += s.row_begin[i];
+    s.column.resize(s.row_begin.back());
+    s.value.resize(s.row_begin.back());
+    parallel_for(f.row_count(), 16, [&](std::size_t i) {
+        std::size_t e = s.row_begin[i];
+        for_each_exchange(f, transposed, i, [&](std::uint32_t j, double f_ij, double f_ji) {
+            s.column[e] = j;
+            s.value[e++] = 0.5 * (area_m2[i] * f_ij + area_m2[j] * f_ji);
+        });
+    });
+    return s;
+}
+
+/// product_i = sum_j S_ij v_j.
+void multiply(const SparseRows& s, const std::vector<double>& v, std::vector<double>& product) {
+    parallel_for(v.size(), 16, [&](std::size_t i) {
+        double sum = 0.0;
+        for (std::size_t e = s.row_begin[i]; e < s.row_begin[i + 1]; ++e)
+            sum += s.value[e] * v[s.column[e]];
+        product[i] = sum;
+    });
+}
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+    return deterministic_sum<double>(a.size(), [&](std::size_t i) { return a[i] * b[i]; });
+}
+
+/// The scaling of a symmetric matrix to given row sums.
+struct Balance {
+    std::vector<double> scale;  ///< x_i
+    /// x_i sum_j S_ij x_j has met its target to `tolerance` when all are 1; else at most 1, so that
+    /// min(reserve_i, reserve_j) x_i S_ij x_j exceeds no target.
+    std::vector<double> reserve;
+};
+
+/// Finds x > 0 with x_i sum_j S_ij x_j = target_i by Newton's method for the logarithms of x, its linear
+/// systems solved by conjugate gradients (Knight & Ruiz 2013, docs/method.md "Form factors"). The damped
+/// fixed point x_i <- x_i sqrt(target_i / (x_i sum_j S_ij x_j)) has the same limit, but slows down without
+/// bound where floor and ceiling see little but each other. A row without entries or with target 0 is left
+/// out (x_i = 0).
+Balance balance(const SparseRows& s, const std::vector<double>& target, Progress& progress) {
+    constexpr double tolerance = 1e-10;  // relative, per row: a tenth of what flux balances are asked to hold
+    constexpr int max_newton_steps = 20;  // quadratic: 3 to 5 do when a solution exists
+    constexpr int max_linear_steps = 50;  // per Newton step
+    constexpr double linear_tolerance = 1e-3;
+    const std::size_t count = target.size();
+
+    std::vector<double> x(count), reserve(count, 1.0);
+    for (std::size_t i = 0; i < count; ++i)
+        x[i] = target[i] > 0.0 && s.row_begin[i + 1] > s.row_begin[i] ? 1.0 : 0.0;
+
+    std::vector<double> sum(count), step(count), residual(count), preconditioned(count), search(count),
+        scaled(count), image(count);
+    for (int newton = 0;; ++newton) {
+        if (progress.interrupted()) throw Interrupted();
+        multiply(s, x, sum);
+        double worst = 0.0;
+        for (std::size_t i = 0; i < count; ++i) {
+            sum[i] *= x[i];
+            if (sum[i] > 0.0) worst = std::max(worst, std::abs(sum[i] / target[i] - 1.0));
+        }
+        if (worst <= tolerance) break;
+        if (newton == max_newton_steps) {
+            for (std::size_t i = 0; i < count; ++i)
+                reserve[i] = sum[i] > target[i] ? target[i] / sum[i] : 1.0;
+            break;
+        }
+
+        // (diag(sum) + X S X) step = target - sum, preconditioned by diag(sum).
+        const auto precondition = [&] {
+            for (std::size_t i = 0; i < count; ++i)
+                preconditioned[i] = sum[i] > 0.0 ? residual[i] / sum[i] : 0.0;
+        };
+        for (std::size_t i = 0; i < count; ++i) {
+            step[i] = 0.0;
+            residual[i] = sum[i] > 0.0 ? target[i] - sum[i] : 0.0;
+        }
+        precondition();
+        search = preconditioned;
+        double rho = dot(residual, preconditioned);
+        const double enough = rho * linear_tolerance * linear_tolerance;
+        for (int linear = 0; linear < max_linear_steps && rho > enough; ++linear) {
+            for (std::size_t i = 0; i < count; ++i)
+                scaled[i] = x[i] * search[i];
+            multiply(s, scaled, image);
+            for (std::size_t i = 0; i < count; ++i)
+                image[i] = x[i] * image[i] + sum[i] * search[i];
+            const double curvature = dot(search, image);
+            if (curvature <= 0.0) break;
+            const double alpha = rho / curvature;
+            for (std::size_t i = 0; i < count; ++i) {
+                step[i] += alpha * search[i];
+                residual[i] -= alpha * image[i];
+            }
+            precondition();
+            const double next_rho = dot(residual, preconditioned);
+            for (std::size_t i = 0; i < count; ++i)
+                search[i] = preconditioned[i] + (next_rho / rho) * search[i];
+            rho = next_rho;
+        }
+
+        double longest = 0.0;
+        for (const double d : step)
+            longest = std::max(longest, std::abs(d));
+        const double damping = longest > 1.0 ? 1.0 / longest : 1.0;  // never change a scale by more than e
+        for (std::size_t i = 0; i < count; ++i)
+            x[i] *= std::exp(damping * step[i]);
+    }
+    return {std::move(x), std::move(reserve)};
+}
+
+FormFactors renormalised(const FormFactors& raw, const RowShares& shares) {
+    FormFactors f = raw;
+    parallel_for(f.row_count(), 16, [&](std::size_t i) {
+        const auto begin = f.value.begin() + static_cast<std::ptrdiff_t>(f.row_begin[i]);
+        const auto end = f.value.begin() + static_cast<std::ptrdiff_t>(f.row_begin[i + 1]);
+        const double sum = std::accumulate(begin, end, 0.0);
+        if (sum <= 0.0) return;
+        const double scale = (1.0 - shares.lost[i]) / sum;
+        std::for_each(begin, end, [&](double& value) { value *= scale; });
+    });
+    return f;
+}
+
+FormFactors reciprocal(const FormFactors& raw, const SparseRows& transposed, const RowShares& shares,
+                       const std::vector<double>& area_m2, Progress& progress) {
+    SparseRows s = mean_exchange(raw, transposed, area_m2);
+    std::vector<double> target(raw.row_count());
+    for (std::size_t i = 0; i < target.size(); ++i)
+        target[i] = area_m2[i] * (1.0 - shares.lost[i]);
+    const Balance b = balance(s, target, progress);
+    parallel_for(raw.row_count(), 16, [&](std::size_t i) {
+        for (std::size_t e = s.row_begin[i]; e < s.row_begin[i + 1]; ++e) {
+            const std::uint32_t j = s.column[e];
+            s.value[e] *= b.scale[i] * b.scale[j] * std::min(b.reserve[i], b.reserve[j]) / area_m2[i];
+        }
+    });
+    return {std::move(s.row_begin), std::move(s.column), std::move(s.value), raw.quality};
+}
+
+/// sum A |F' - F| / sum A F, where the columns of F are among those of F'.
+double change(const FormFactors& raw, const FormFactors& repaired, const std::vector<double>& area_m2) {
+    struct Sums {
+        double moved = 0.0, all = 0.0;
+        Sums operator+(const Sums& o) const { return {moved + o.moved, all + o.all}; }
+    };
+    const Sums sums = deterministic_sum<Sums>(raw.row_count(), [&](std::size_t i) {
+        Sums row;
+        std::size_t r = raw.row_begin[i];
+        for (std::size_t e = repaired.row_begin[i]; e < repaired.row_begin[i + 1]; ++e) {
+            const bool both = r < raw.row_begin[i + 1] && raw.column[r] == repaired.column[e];
+            const double before = both ? raw.value[r++] : 0.0;
+            row.moved += area_m2[i] * std::abs(repaired.value[e] - before);
+            row.all += area_m2[i] * before;
+        }
+        return row;
+    });
+    return sums.all > 0.0 ? sums.moved / sums.all : 0.0;
+}
+
+}  // namespace
+
+FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& grid,
+                                 const FormFactorOptions& options, Progress& progress) {
+    NATUREL_EXPECT(grid.gather_patch_count <= grid.patches.size());
+    std::vector<double> area_m2(grid.gather_patch_count);
+    for (std::size_t i = 0; i < area_m2.size(); ++i)
+        area_m2[i] = grid.patches[i].area_m2;
+
+    RowShares shares;
+    FormFactors raw = collect_rows(visibility, grid.gather_patch_count, shares, progress);
+    const SparseRows transposed = transpose(raw);
+    raw.quality = measure(raw, transposed, shares, area_m2);
+    if (options.repair == FormFactorRepair::none) return raw;
+
+    FormFactors repaired = options.repair == FormFactorRepair::renormalise
+                               ? renormalised(raw, shares)
+                               : reciprocal(raw, transposed, shares, area_m2, progress);
+    repaired.quality.repair_change = change(raw, repaired, area_m2);
+    return repaired;
+}
+
+}  // namespace naturel

@@ -1,0 +1,127 @@
+#include "core/sensors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace naturel {
+
+namespace {
+
+using glm::dvec3;
+
+// Nearer than this to a surface, a point lies on it; it is lifted off by as much, so that it does not sit inside.
+constexpr double lift_m = 1e-5;
+
+bool lies_on(const Facet& facet, const dvec3& point_m) {
+    if (std::abs(glm::dot(point_m - facet.vertices_m[0], facet.normal)) >= lift_m) return false;
+    for (std::size_t i = 0; i < facet.vertices_m.size(); ++i) {
+        const dvec3& a = facet.vertices_m[i];
+        const dvec3 edge = facet.vertices_m[(i + 1) % facet.vertices_m.size()] - a;
+        if (glm::dot(glm::cross(facet.normal, edge), point_m - a) < -lift_m * glm::length(edge)) return false;
+    }
+    return true;
+}
+
+// Membership knows polyhedra alone. Where polygons enclose the rooms, only what is filled is certain.
+Medium medium_of(const Scene& scene, const dvec3& point_m) {
+    const Medium medium = medium_at(scene, point_m);
+    const bool rooms_of_polygons = std::any_of(scene.polygons.begin(), scene.polygons.end(),
+                                               [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
+    return rooms_of_polygons && medium == Medium::outdoor_air ? Medium::indoor_air : medium;
+}
+
+struct Extent {
+    double low_m, high_m;
+};
+
+// The extent of a room along y where it is at least half as wide as where it is widest: alcoves and window reveals shall
+// not shift the grid of the room.
+Extent main_extent(const Region& room, const PlaneFrame& plane) {
+    std::vector<ClipperLib::cInt> levels;
+    ClipperLib::cInt left = room[0][0].X, right = left;
+    for (const Ring& ring : room) {
+        for (const PlanePoint& p : ring) {
+            levels.push_back(p.Y);
+            left = std::min(left, p.X), right = std::max(right, p.X);
+        }
+    }
+    std::sort(levels.begin(), levels.end());
+    std::vector<double> width(levels.size(), 0.0);  // mean width from one level to the next
+    for (std::size_t i = 0; i + 1 < levels.size(); ++i) {
+        const double height_m = static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre;
+        if (height_m < 1e-6) continue;
+        const Ring strip{{left, levels[i]}, {right, levels[i]}, {right, levels[i + 1]}, {left, levels[i + 1]}};
+        width[i] = area_m2(intersect(room, {strip})) / height_m;
+    }
+    const double widest = *std::max_element(width.begin(), width.end());
+    std::size_t first = 0, last = width.size() - 1;
+    while (width[first] < 0.5 * widest) ++first;
+    while (width[last] < 0.5 * widest) --last;
+    return {plane.to_world({0, levels[first]}).y, plane.to_world({0, levels[last + 1]}).y};
+}
+
+// Coordinates of a grid: as many as fit into `main` at the spacing, centred, and on from there over all of `whole`.
+std::vector<double> centred_row(const Extent& main, const Extent& whole, double spacing_m) {
+    const double steps = std::floor((main.high_m - main.low_m) / spacing_m + 1e-9);
+    const double anchor = 0.5 * (main.low_m + main.high_m - steps * spacing_m);
+    std::vector<double> row;
+    const double before = std::floor((anchor - whole.low_m) / spacing_m + 1e-9);
+    for (double k = -before; anchor + k * spacing_m <= whole.high_m + 1e-9; k += 1.0) row.push_back(anchor + k * spacing_m);
+    return row;
+}
+
+std::vector<dvec3> grid_points(const Scene& scene, const SensorGrid& grid) {
+    std::vector<dvec3> points;
+    const PlaneFrame plane{{0, 0, grid.z_m}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    Region region = indoor_air_at_height(scene, grid.z_m);
+    if (grid.margin_m > 0.0) region = offset(region, -grid.margin_m);
+    for (const Region& room : connected_parts(region)) {
+        Region transposed;
+        dvec3 low(1e9), high(-1e9);
+        for (const Ring& ring : room) {
+            Ring swapped;
+            for (const PlanePoint& p : ring) {
+                low = min(low, plane.to_world(p)), high = max(high, plane.to_world(p));
+                swapped.emplace_back(p.Y, p.X);
+            }
+            ClipperLib::ReversePath(swapped);
+            transposed.push_back(std::move(swapped));
+        }
+        const auto columns = centred_row(main_extent(transposed, plane), {low.x, high.x}, grid.spacing_m);
+        for (const double y : centred_row(main_extent(room, plane), {low.y, high.y}, grid.spacing_m)) {
+            for (const double x : columns) {
+                const dvec3 point(x, y, grid.z_m);
+                if (contains(room, plane.to_plane(point))) points.push_back(point);
+            }
+        }
+    }
+    return points;
+}
+
+}  // namespace
+
+std::vector<Sensor> place_sensors(const Scene& scene, const Building& building) {
+    std::vector<Sensor> sensors;
+    for (std::size_t s = 0; s < scene.sensors.size(); ++s) {
+        const SensorSet& set = scene.sensors[s];
+        std::size_t number = 0;
+        const auto add = [&](dvec3 position_m, const dvec3& normal) {
+            for (const Facet& facet : building.facets)
+                if (!facet.is_aperture && lies_on(facet, position_m)) position_m += lift_m * facet.normal;
+            sensors.push_back({.set = s,
+                               .id = set.id + "/" + std::to_string(++number),
+                               .point = {position_m, normal},
+                               .medium = medium_of(scene, position_m)});
+        };
+        if (set.grid) {
+            for (const dvec3& position_m : grid_points(scene, *set.grid)) add(position_m, {0, 0, 1});
+        } else {
+            for (const SensorPoint& point : set.points) add(point.position_m, point.normal);
+        }
+    }
+    return sensors;
+}
+
+}  // namespace naturel

@@ -1,0 +1,124 @@
+#pragma once
+// Embree 3.13 and 4 behind one face: the only file that includes rtcore.h.
+#if NATUREL_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace naturel::embree_api {
+
+inline constexpr unsigned packet_size = 16;
+inline constexpr std::uint32_t no_hit = RTC_INVALID_GEOMETRY_ID;
+
+struct ReleaseDevice {
+    void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+};
+struct ReleaseScene {
+    void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+};
+struct ReleaseGeometry {
+    void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice>;
+using Scene = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
+using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
+
+/// Throws when Embree has an error to report.
+inline void check(RTCDevice device, const char* what) {
+    if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
+        throw std::runtime_error(std::string("Embree cannot ") + what + " (error " + std::to_string(error) +
+                                 ")");
+}
+
+/// Without "threads=": it would lower the limit of TBB for the whole process.
+inline Device make_device() {
+    Device device(rtcNewDevice(nullptr));
+    if (!device) check(nullptr, "start");
+    return device;
+}
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Robust: rays do not slip between triangles that share two vertices.
+inline Scene make_scene(RTCDevice device, std::span<const glm::vec3> vertices,
+                        std::span<const Triangle> triangles) {
+    Scene scene(rtcNewScene(device));
+    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
+    if (!triangles.empty()) {
+        const Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+        void* const points = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0,
+                                                     RTC_FORMAT_FLOAT3, sizeof(glm::vec3), vertices.size());
+        void* const corners = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0,
+                                                      RTC_FORMAT_UINT3, sizeof(Triangle), triangles.size());
+        check(device, "store the facets");
+        std::memcpy(points, vertices.data(), vertices.size_bytes());
+        std::memcpy(corners, triangles.data(), triangles.size_bytes());
+        rtcCommitGeometry(geometry.get());
+        rtcAttachGeometry(scene.get(), geometry.get());
+    }
+    rtcCommitScene(scene.get());
+    check(device, "build its tree of facets");
+    return scene;
+}
+
+/// 16 neighbouring rays and what they meet.
+struct alignas(64) Packet {
+    std::array<int, packet_size> valid;  ///< -1: to be traced, 0: not
+    RTCRayHit16 rays;
+
+    void set_origin(unsigned k, const glm::vec3& p) {
+        rays.ray.org_x[k] = p.x, rays.ray.org_y[k] = p.y, rays.ray.org_z[k] = p.z;
+    }
+    void set_direction(unsigned k, const glm::vec3& d) {
+        rays.ray.dir_x[k] = d.x, rays.ray.dir_y[k] = d.y, rays.ray.dir_z[k] = d.z;
+    }
+    glm::dvec3 origin(unsigned k) const { return {rays.ray.org_x[k], rays.ray.org_y[k], rays.ray.org_z[k]}; }
+    glm::dvec3 direction(unsigned k) const {
+        return {rays.ray.dir_x[k], rays.ray.dir_y[k], rays.ray.dir_z[k]};
+    }
+
+    /// Number of the triangle that ray k met; no_hit when there is none.
+    std::uint32_t triangle(unsigned k) const {
+        return rays.hit.geomID[k] == no_hit ? no_hit : rays.hit.primID[k];
+    }
+};
+
+/// Traces the first `count` rays of a packet from their origins to infinity.
+inline void trace(RTCScene scene, Packet& packet, unsigned count = packet_size) {
+    for (unsigned k = 0; k < packet_size; ++k) {
+        packet.valid[k] = k < count ? -1 : 0;
+        packet.rays.ray.tnear[k] = 0.0f;
+        packet.rays.ray.tfar[k] = std::numeric_limits<float>::infinity();
+        packet.rays.ray.time[k] = 0.0f;
+        packet.rays.ray.mask[k] = ~0u;
+        packet.rays.ray.flags[k] = 0;
+        packet.rays.hit.geomID[k] = no_hit;
+        packet.rays.hit.instID[0][k] = no_hit;
+    }
+#if NATUREL_EMBREE_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect16(packet.valid.data(), scene, &packet.rays, &arguments);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(packet.valid.data(), scene, &context, &packet.rays);
+#endif
+}
+
+}  // namespace naturel::embree_api

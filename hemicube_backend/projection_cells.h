@@ -1,0 +1,81 @@
+#pragma once
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/view.h"
+#include "hemicube_backend/hemicube_visibility.h"
+
+namespace naturel {
+
+/// How one plane of a projection is divided into cells. The plane lies at distance 1 before the viewpoint;
+/// rows follow its coordinate y and columns its coordinate x, both increasing.
+struct ProjectionCells {
+    int columns = 0, rows = 0;
+    double columns_per_unit = 0.0;      ///< of uniform columns
+    bool uniform = true;                ///< every row has the same, equally wide columns
+    std::vector<double> row_lines;      ///< [rows + 1]
+    std::vector<double> row_centres;    ///< [rows]
+    std::vector<double> column_lines;   ///< [columns + 1]; unless uniform, for each row
+    std::vector<float> column_centres;  ///< [columns]; unless uniform, for each row
+    /// Form factors of the cells [0, k) of each row from the viewpoint, plus a constant of the row; [rows x
+    /// (columns + 1)]. Empty where cells are only looked at (pictures, the rim of a single plane).
+    std::vector<double> running_weight;
+
+    std::span<const double> lines_of(int row) const {
+        const auto count = static_cast<std::size_t>(columns) + 1;
+        return {column_lines.data() + (uniform ? 0 : static_cast<std::size_t>(row) * count), count};
+    }
+    std::span<const float> centres_of(int row) const {
+        const auto count = static_cast<std::size_t>(columns);
+        return {column_centres.data() + (uniform ? 0 : static_cast<std::size_t>(row) * count), count};
+    }
+
+    /// Number of columns of a row whose centre is left of x. guess: where to look first, in [0, columns]; the
+    /// answer does not depend on it.
+    int columns_before(int row, double x, int guess) const {
+        if (!uniform) {
+            const float* const centres = centres_of(row).data();
+            while (guess < columns && centres[guess] < x)
+                ++guess;
+            while (guess > 0 && !(centres[guess - 1] < x))
+                --guess;
+            return guess;
+        }
+        const double position = (x - column_lines.front()) * columns_per_unit - 0.5;
+        if (!(position > 0)) return 0;
+        if (position >= columns) return columns;
+        const int whole = static_cast<int>(position);
+        return whole + (position > whole ? 1 : 0);
+    }
+
+    /// The cell that contains a point; one outside the plane's cells by rounding counts to the outermost.
+    int row_of(double y) const;
+    int column_of(int row, double x) const;
+
+    /// Form factor of the cells [begin, end) of a row; exact (docs/hemicube.md, eq. 3 and 4).
+    double weight(int row, int begin, int end) const {
+        const double* first =
+            running_weight.data() + static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns) + 1);
+        return first[end] - first[begin];
+    }
+};
+
+/// Top of a half cube of half side 1: resolution x resolution cells.
+ProjectionCells hemicube_top_cells(int resolution);
+
+/// One of its four sides: x horizontal in [-1, 1], y in [0, 1] along the normal; resolution x resolution / 2
+/// cells.
+ProjectionCells hemicube_side_cells(int resolution);
+
+/// A square of half side `half_side` at distance 1: resolution x resolution cells.
+ProjectionCells single_plane_cells(int resolution, double half_side, CellSpacing spacing);
+
+/// What a single plane leaves open on one side, between its rim and the horizon: x in [-1, 1], y in [0, 1 /
+/// half_side].
+ProjectionCells rim_cells(int resolution, double half_side);
+
+/// The pixels of a camera: x to the right, y downwards.
+ProjectionCells picture_cells(const Camera& camera);
+
+}  // namespace naturel

@@ -1,0 +1,137 @@
+#include "core/patch_grid.h"
+
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "tests/catch.h"
+#include "tests/random_scenes.h"
+
+using namespace naturel;
+using namespace naturel::tests;
+using Catch::Matchers::WithinAbs;
+using Catch::Matchers::WithinRel;
+using glm::dvec3;
+
+namespace {
+
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
+bool inside(const PatchGrid& grid, PatchId patch, const dvec3& p, double slack_m) {
+    const auto polygon = grid.polygon_of(patch);
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const dvec3 edge = polygon[(i + 1) % polygon.size()] - polygon[i];
+        if (glm::dot(glm::cross(grid.patches[index(patch)].normal, edge), p - polygon[i]) < -slack_m * glm::length(edge)) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+TEST_CASE("a room of 4 x 5 x 3 m at 0.5 m has the cells one expects", "[core][grid]") {
+    const Building building = assemble(closed_room({4, 5, 3}));
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.5, .outdoor_spacing_m = 2.0});
+    CHECK(grid.indoor_patch_count == 2 * (8 * 10 + 8 * 6 + 10 * 6));
+    CHECK(grid.gather_patch_count == grid.indoor_patch_count);
+    CHECK(grid.nodes.size() == 2 * (9 * 11 + 9 * 7 + 11 * 7));
+    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) CHECK_THAT(grid.patches[p].area_m2, WithinRel(0.25, 1e-9));
+}
+
+TEST_CASE("nodes on an outline gather from inside the room, others from where they are", "[core][grid]") {
+    const Building building = assemble(closed_room({4, 5, 3}, 0.5, 1.0));
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 1.0});
+    int moved = 0;
+    for (const Node& node : grid.nodes) {
+        const dvec3 shift = node.gather_position_m - node.position_m;
+        const dvec3 g = node.gather_position_m;
+        CHECK(glm::length(shift) <= 1e-3 * (1 + 1e-12));
+        const int on_walls = (g.x < 1e-9) + (g.x > 4 - 1e-9) + (g.y < 1e-9) + (g.y > 5 - 1e-9) + (g.z < 1 + 1e-9) + (g.z > 4 - 1e-9);
+        CHECK(on_walls == 1);  // its own face, no other
+        moved += glm::length(shift) > 0 ? 1 : 0;
+    }
+    CHECK(moved == 2 * (2 * (4 + 5) + 2 * (4 + 3) + 2 * (5 + 3)));
+}
+
+TEST_CASE("patches of random buildings tile what is left of each face", "[core][grid][property]") {
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+        INFO("seed " << seed);
+        const Scene scene = random_scene(seed, 12, seed % 2 == 0 ? Placement::free : Placement::lattice, 0.5);
+        const Building building = assemble(scene);
+        const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.4, .outdoor_spacing_m = 0.7});
+        std::vector<double> area(building.faces.size());
+        for (const Patch& patch : grid.patches) area[index(patch.face)] += patch.area_m2;
+        for (std::size_t f = 0; f < building.faces.size(); ++f) {
+            const double expected = area_m2(building.faces[f].region);
+            // Pieces below 1e-6 of a cell are dropped, some hundred cells have such pieces at worst.
+            CHECK_THAT(area[f], WithinAbs(expected, 1e-4 * 0.16 + 1e-7 * expected));
+        }
+        // A random point of a facet is in the patch that the lookup names.
+        std::mt19937_64 random(seed);
+        for (const Facet& facet : building.facets) {
+            for (int i = 0; i < 5; ++i) {
+                double a = uniform(random), b = uniform(random);
+                if (a + b > 1) a = 1 - a, b = 1 - b;
+                const std::size_t k = 1 + random() % (facet.vertices_m.size() - 2);
+                const dvec3 p = (1 - a - b) * facet.vertices_m[0] + a * facet.vertices_m[k] + b * facet.vertices_m[k + 1];
+                const PatchId patch = grid.patch_at(facet.face, p);
+                if (patch == PatchId::none) {
+                    CHECK(area[index(facet.face)] == 0.0);
+                    continue;
+                }
+                CHECK((grid.patches[index(patch)].face == facet.face));
+                // Or beside it, in a dropped piece: below 1.6e-7 m2, a needle of that area may be some mm long.
+                CHECK(inside(grid, patch, p, 5e-3));
+            }
+        }
+    }
+}
+
+TEST_CASE("interpolation weights reproduce linear functions and are linear along edges", "[core][grid]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.polyhedra.push_back({.id = "wedge",
+                               .kind = PolyhedronKind::prism,
+                               .effect = Effect::fill,
+                               .vertices_m = {dvec3(1, 1, 0), dvec3(2.3, 1.2, 0), dvec3(1.4, 2.9, 0), dvec3(1, 1, 1)},
+                               .material = MaterialId{}});
+    const PatchGrid grid = make_patch_grid(assemble(scene), {.spacing_m = 0.6});
+    std::mt19937_64 random(7);
+    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
+        const auto polygon = grid.polygon_of(make_id<PatchId>(p));
+        std::vector<double> weights(polygon.size());
+        const auto check_point = [&](const dvec3& point) {
+            grid.interpolation_weights(make_id<PatchId>(p), point, weights);
+            dvec3 sum{};
+            double total = 0;
+            for (std::size_t i = 0; i < weights.size(); ++i) {
+                CHECK(weights[i] >= 0.0);
+                sum += weights[i] * polygon[i];
+                total += weights[i];
+            }
+            CHECK_THAT(total, WithinAbs(1.0, 1e-12));
+            CHECK(glm::distance(sum, point) < 1e-7);
+        };
+        check_point(grid.patches[p].centroid_m);
+        check_point(polygon[0]);
+        check_point(0.3 * polygon[0] + 0.7 * polygon[1]);
+        check_point(0.2 * polygon[0] + 0.3 * polygon[1] + 0.5 * polygon[2]);
+    }
+}
+
+TEST_CASE("the two sides of an inner aperture have patches in pairs", "[core][grid]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.glazings.push_back({.name = "pane"});
+    Polyhedron second = box("second", Effect::carve, {4, 1, 1}, {4.25, 2, 2});
+    second.faces[4].glazing = make_id<GlazingId>(1);
+    scene.polyhedra.push_back(second);
+    const PatchGrid grid = make_patch_grid(assemble(scene), {.spacing_m = 0.3});
+    std::size_t pairs = 0;
+    for (std::size_t p = 0; p < grid.patches.size(); ++p) {
+        const PatchId behind = grid.behind(make_id<PatchId>(p));
+        if (behind == PatchId::none) continue;
+        ++pairs;
+        CHECK((grid.behind(behind) == make_id<PatchId>(p)));
+        CHECK(glm::distance(grid.patches[index(behind)].centroid_m, grid.patches[p].centroid_m) < 1e-9);
+        CHECK(glm::distance(grid.patches[index(behind)].normal, -grid.patches[p].normal) < 1e-12);
+    }
+    CHECK(pairs == grid.gather_patch_count - grid.indoor_patch_count);
+    CHECK(pairs == 2 * 16);
+}
