@@ -39,6 +39,10 @@ constexpr std::size_t samples_per_division = 9;  // at most: three new edges ins
 /// Apertures closer than this are in the plane of the point: 10 times finer than what lifts sensors off surfaces.
 constexpr double min_height_m = 1e-6;
 
+/// Less than this of an aperture in front of the point is rounding of its outline at the horizon of the point: a contour
+/// integral of edges of length 1 is good to some 1e-16.
+constexpr double min_projected_sr = 1e-13;
+
 /// Samples keep this share of an aperture's size from its outline, so that they do not graze walls and reveals: 20
 /// micrometres at 1 m, which single precision resolves within 100 m of the origin.
 constexpr double inset = 2e-5;
@@ -109,7 +113,7 @@ private:
     void add_polygon(std::vector<glm::dvec3>& polygon, std::size_t aperture) {
         const glm::dvec3 whole = vector_solid_angle(polygon);
         const double whole_sr = glm::dot(point_.normal, whole);
-        if (!(whole_sr > 0.0)) return;
+        if (!(whole_sr > min_projected_sr)) return;
         const glm::dvec3 middle = glm::normalize(whole);
         double reach = 0.0;
         for (glm::dvec3& vertex : polygon) {
@@ -190,7 +194,8 @@ private:
                 const double length = glm::length(mesh_.directions[edge.b] - mesh_.directions[edge.a]);
                 if (length > longest) longest = length, k = side;
             }
-            if (longest <= first_edge && whole.projected_solid_angle_sr <= largest_sr) {
+            const bool small_enough = longest <= first_edge && whole.projected_solid_angle_sr <= largest_sr;
+            if (small_enough || mesh_.directions.size() + samples_per_division > max_samples) {
                 ++i;
                 continue;
             }
