@@ -20,7 +20,9 @@ double alternating_sum(Interval a, Interval b, Interval c, Interval d, const Ter
     return sum;
 }
 
-double area(Interval x, Interval y) { return (x.high - x.low) * (y.high - y.low); }
+double area(Interval x, Interval y) {
+    return (x.high - x.low) * (y.high - y.low);
+}
 
 /// Integral of ln |p - q| over q from a to b.
 double log_distance_along(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
@@ -36,7 +38,8 @@ double log_distance_along(const glm::dvec3& p, const glm::dvec3& a, const glm::d
     return antiderivative(length - along) - antiderivative(-along);
 }
 
-/// Integral of f over [0, 1] by the tanh-sinh rule (Takahasi & Mori 1974): step 1/16, ends at weights below 1e-15.
+/// Integral of f over [0, 1] by the tanh-sinh rule (Takahasi & Mori 1974): step 1/16, ends at weights below
+/// 1e-15.
 template <class Function>
 double integrate(const Function& f) {
     constexpr double step = 1.0 / 16.0;
@@ -53,25 +56,28 @@ double integrate(const Function& f) {
 
 double parallel_rectangles(Interval x1, Interval y1, Interval x2, Interval y2, double distance) {
     const double z = distance;
-    return alternating_sum(x1, y1, x2, y2, [&](double x, double y, double xi, double eta) {
-               const double dx = x - xi;
-               const double dy = y - eta;
-               const double rx = std::sqrt(dx * dx + z * z);
-               const double ry = std::sqrt(dy * dy + z * z);
-               return dy * rx * std::atan(dy / rx) + dx * ry * std::atan(dx / ry) -
-                      z * z / 2 * std::log(dx * dx + dy * dy + z * z);
-           }) /
+    return alternating_sum(x1, y1, x2, y2,
+                           [&](double x, double y, double xi, double eta) {
+                               const double dx = x - xi;
+                               const double dy = y - eta;
+                               const double rx = std::sqrt(dx * dx + z * z);
+                               const double ry = std::sqrt(dy * dy + z * z);
+                               return dy * rx * std::atan(dy / rx) + dx * ry * std::atan(dx / ry) -
+                                      z * z / 2 * std::log(dx * dx + dy * dy + z * z);
+                           }) /
            (2 * pi * area(x1, y1));
 }
 
 double perpendicular_rectangles(Interval x1, Interval y1, Interval y2, Interval z2) {
-    return alternating_sum(x1, y1, y2, z2, [&](double x, double y, double eta, double xi) {
-               const double dy = y - eta;
-               const double c = x * x + xi * xi;
-               if (c + dy * dy == 0.0) return 0.0;
-               const double root = std::sqrt(c);
-               return (c > 0.0 ? dy * root * std::atan(dy / root) : 0.0) - (c - dy * dy) / 4 * std::log(c + dy * dy);
-           }) /
+    return alternating_sum(x1, y1, y2, z2,
+                           [&](double x, double y, double eta, double xi) {
+                               const double dy = y - eta;
+                               const double c = x * x + xi * xi;
+                               if (c + dy * dy == 0.0) return 0.0;
+                               const double root = std::sqrt(c);
+                               return (c > 0.0 ? dy * root * std::atan(dy / root) : 0.0) -
+                                      (c - dy * dy) / 4 * std::log(c + dy * dy);
+                           }) /
            (2 * pi * area(x1, y1));
 }
 
@@ -92,7 +98,8 @@ double polygon_to_polygon(std::span<const glm::dvec3> from, std::span<const glm:
     return sum / (2 * pi * 0.5 * glm::length(doubled_area));
 }
 
-double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::span<const glm::dvec3> polygon) {
+double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal,
+                        std::span<const glm::dvec3> polygon) {
     double sum = 0.0;
     for (std::size_t k = 0; k < polygon.size(); ++k) {
         const glm::dvec3 a = glm::normalize(polygon[k] - point);

@@ -37,17 +37,20 @@ TEST_CASE("the faces of a cube have their known form factors", "[form_factors][r
 
 TEST_CASE("closed forms and the contour integral agree in general position", "[form_factors][reference]") {
     const Interval x1{0.3, 1.7}, y1{-0.4, 0.9}, x2{1.1, 2.5}, y2{0.2, 2.0}, z2{0.25, 1.5};
-    CHECK_THAT(parallel_rectangles(x1, y1, x2, y2, 0.8),
-               WithinAbs(polygon_to_polygon(horizontal(x1, y1, 0, true), horizontal(x2, y2, 0.8, false)), printed));
+    CHECK_THAT(
+        parallel_rectangles(x1, y1, x2, y2, 0.8),
+        WithinAbs(polygon_to_polygon(horizontal(x1, y1, 0, true), horizontal(x2, y2, 0.8, false)), printed));
     CHECK_THAT(perpendicular_rectangles(x1, y1, y2, z2),
                WithinAbs(polygon_to_polygon(horizontal(x1, y1, 0, true), upright(y2, z2)), printed));
 }
 
 TEST_CASE("a row of a tetrahedron sums to one and obeys reciprocity", "[form_factors][reference]") {
     const glm::dvec3 o{0, 0, 0}, a{2, 0, 0.3}, b{0.4, 1.5, 0}, c{0.2, 0.3, 1.1};
-    const std::vector<std::vector<glm::dvec3>> faces{{o, a, b}, {o, c, a}, {o, b, c}, {a, c, b}};  // seen from inside
+    const std::vector<std::vector<glm::dvec3>> faces{
+        {o, a, b}, {o, c, a}, {o, b, c}, {a, c, b}};  // seen from inside
     std::vector<double> area;
-    for (const auto& f : faces) area.push_back(0.5 * glm::length(glm::cross(f[1] - f[0], f[2] - f[0])));
+    for (const auto& f : faces)
+        area.push_back(0.5 * glm::length(glm::cross(f[1] - f[0], f[2] - f[0])));
     for (std::size_t i = 0; i < 4; ++i) {
         double sum = 0.0;
         for (std::size_t j = 0; j < 4; ++j) {
@@ -61,7 +64,8 @@ TEST_CASE("a row of a tetrahedron sums to one and obeys reciprocity", "[form_fac
 }
 
 TEST_CASE("a point below the corner of a square sees its known share", "[form_factors][reference]") {
-    // F of a corner rectangle a x b at distance c, A = a / c, B = b / c, at A = B = 1: atan(1 / sqrt 2) / (pi sqrt 2).
+    // F of a corner rectangle a x b at distance c, A = a / c, B = b / c, at A = B = 1: atan(1 / sqrt 2) / (pi
+    // sqrt 2).
     const std::vector<glm::dvec3> square{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
     CHECK_THAT(point_to_polygon({0, 0, 0}, {0, 0, 1}, square), WithinAbs(0.1385316, 1e-7));
 }
