@@ -43,9 +43,9 @@ constexpr double min_height_m = 1e-6;
 /// integral of edges of length 1 is good to some 1e-16.
 constexpr double min_projected_sr = 1e-13;
 
-/// Samples keep this share of an aperture's size from its outline, so that they do not graze walls and reveals: 20
-/// micrometres at 1 m, which single precision resolves within 100 m of the origin.
-constexpr double inset = 2e-5;
+/// Samples keep this share of an aperture's size from its outline, so that they do not graze walls and reveals: 0.1 mm
+/// at 1 m, several times what single precision makes of places in a building (and of lifting points off surfaces).
+constexpr double inset = 1e-4;
 
 bool same_source(const IncomingLight& a, const IncomingLight& b) {
     if (a.source_luminance == 0.0 && b.source_luminance == 0.0) return true;
@@ -66,10 +66,12 @@ public:
     Integration(const GatherPoint& point, const ApertureLight& light, const Visibility& visibility,
                 AdaptiveScratch& scratch)
         : point_(point), light_(light), visibility_(visibility), mesh_(scratch) {
+        mesh_.views.clear();
         mesh_.elements.clear();
         mesh_.edges.clear();
         mesh_.directions.clear();
-        mesh_.apertures.clear();
+        mesh_.view_of.clear();
+        mesh_.rays.clear();
         mesh_.seen.clear();
         mesh_.light.clear();
         mesh_.fresh.clear();
@@ -108,29 +110,27 @@ private:
         }
     }
 
-    /// Divides a polygon into triangles: around a direction well inside, so that no edge comes near a half circle even where
-    /// the point almost touches the aperture; if small, without a sample there. Overwrites the polygon.
+    /// Divides a polygon into triangles: around a direction well inside, so that no edge comes near a half circle even
+    /// where the point almost touches the aperture; if small, without a sample there. Overwrites the polygon.
     void add_polygon(std::vector<glm::dvec3>& polygon, std::size_t aperture) {
         const glm::dvec3 whole = vector_solid_angle(polygon);
-        const double whole_sr = glm::dot(point_.normal, whole);
-        if (!(whole_sr > min_projected_sr)) return;
+        if (!(glm::dot(point_.normal, whole) > min_projected_sr)) return;
         const glm::dvec3 middle = glm::normalize(whole);
         double reach = 0.0;
         for (glm::dvec3& vertex : polygon) {
-            const glm::dvec3 direction = glm::normalize(vertex);
-            vertex = glm::normalize(direction + inset * (middle - direction));
+            vertex = glm::normalize(vertex);
             reach = std::max(reach, glm::length(vertex - middle));
         }
         // Off the middle, lest all samples of a row fall on one side of an edge in a symmetric scene.
-        const glm::dvec3 apex = glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
-        // The inset takes up to 4e-5 of the polygon away: what is left stands for the whole.
-        const double scale = whole_sr / glm::dot(point_.normal, vector_solid_angle(polygon));
+        const glm::dvec3 inside = glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
+        const auto view = static_cast<std::uint32_t>(mesh_.views.size());
+        mesh_.views.push_back({aperture, inside});
 
         const auto count = static_cast<std::uint32_t>(polygon.size());
         const auto first = static_cast<std::uint32_t>(mesh_.directions.size());
-        for (const glm::dvec3& vertex : polygon) add_sample(vertex, aperture);
+        for (const glm::dvec3& vertex : polygon) add_sample(vertex, view);
         const bool small = reach <= 0.5 * first_edge;
-        const std::uint32_t hub = small ? first : add_sample(apex, aperture);
+        const std::uint32_t hub = small ? first : add_sample(inside, view);
         const std::uint32_t begin = small ? 1 : 0, end = small ? count - 1 : count;
         std::uint32_t before = add_edge(hub, first + begin);
         const std::uint32_t first_spoke = before;
@@ -138,28 +138,28 @@ private:
             const std::uint32_t from = first + k, to = first + (k + 1) % count;
             const std::uint32_t rim = add_edge(from, to);
             const std::uint32_t after = !small && k + 1 == end ? first_spoke : add_edge(to, hub);
-            add_element({.corners = {hub, from, to}, .edges = {before, rim, after}, .aperture = aperture, .scale = scale});
+            add_element({.corners = {hub, from, to}, .edges = {before, rim, after}});
             before = after;
         }
     }
 
-    std::uint32_t add_sample(const glm::dvec3& direction, std::size_t aperture) {
+    std::uint32_t add_sample(const glm::dvec3& direction, std::uint32_t view) {
         mesh_.directions.push_back(direction);
-        mesh_.apertures.push_back(aperture);
+        mesh_.view_of.push_back(view);
+        mesh_.rays.push_back(glm::normalize(direction + inset * (mesh_.views[view].inside - direction)));
         return static_cast<std::uint32_t>(mesh_.directions.size() - 1);
     }
 
     std::uint32_t add_edge(std::uint32_t a, std::uint32_t b) {
         const glm::dvec3 middle = glm::normalize(mesh_.directions[a] + mesh_.directions[b]);
-        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.apertures[a])});
+        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.view_of[a])});
         return static_cast<std::uint32_t>(mesh_.edges.size() - 1);
     }
 
     void measure(Element& element) const {
         const auto& [a, b, c] = element.corners;
         const std::array<glm::dvec3, 3> triangle{mesh_.directions[a], mesh_.directions[b], mesh_.directions[c]};
-        const double projected = glm::dot(point_.normal, vector_solid_angle(triangle));
-        element.projected_solid_angle_sr = element.scale * std::max(0.0, projected);
+        element.projected_solid_angle_sr = std::max(0.0, glm::dot(point_.normal, vector_solid_angle(triangle)));
     }
 
     void add_element(Element element) {
@@ -224,7 +224,7 @@ private:
             const auto& [a, b, c] = element.corners;
             element.probe = add_sample(glm::normalize((1.0 - s - t) * mesh_.directions[a] + s * mesh_.directions[b] +
                                                       t * mesh_.directions[c]),
-                                       element.aperture);
+                                       mesh_.view_of[a]);
         }
     }
 
@@ -243,11 +243,11 @@ private:
         const std::size_t count = mesh_.directions.size() - known;
         mesh_.seen.resize(mesh_.directions.size());
         mesh_.light.resize(mesh_.directions.size());
-        visibility_.first_seen(point_, std::span(mesh_.directions).subspan(known, count),
+        visibility_.first_seen(point_, std::span(mesh_.rays).subspan(known, count),
                                std::span(mesh_.seen).subspan(known, count));
         for (std::size_t i = known; i < mesh_.directions.size(); ++i) {
-            mesh_.light[i] =
-                light_.along(point_.position_m, mesh_.directions[i], mesh_.seen[i], mesh_.apertures[i]);
+            const std::size_t aperture = mesh_.views[mesh_.view_of[i]].aperture;
+            mesh_.light[i] = light_.along(point_.position_m, mesh_.rays[i], mesh_.seen[i], aperture);
         }
     }
 
@@ -293,7 +293,7 @@ private:
             auto sample = static_cast<std::uint32_t>(mesh_.directions.size());
             for (const std::uint32_t id : mesh_.crossed) {
                 const Edge& edge = mesh_.edges[id];
-                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.apertures[edge.a]);
+                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.view_of[edge.a]);
             }
             look();
             for (const std::uint32_t id : mesh_.crossed) bisect(mesh_.edges[id], sample++);

@@ -70,8 +70,6 @@ struct AdaptiveScratch {
     struct Element {
         std::array<std::uint32_t, 3> corners{}, edges{};
         std::uint32_t probe = none;  ///< a sample anywhere inside, which only tells whether something is there
-        std::size_t aperture = 0;
-        double scale = 1.0;  ///< makes up for what the inset of the samples took from the aperture
         double projected_solid_angle_sr = 0.0;
         std::array<double, 6> weights_sr{};  ///< of the samples at the corners and at the middles of the edges
         glm::dvec3 cut_normal{};             ///< of the plane of the edge that cuts off corner `odd`, towards it; or 0
@@ -79,12 +77,19 @@ struct AdaptiveScratch {
         double illuminance_lx = 0.0;  ///< mean of the bands
         double error_lx = 0.0;
     };
+    /// A convex part of an aperture as far as it is in front of the point, above or below its horizon.
+    struct View {
+        std::size_t aperture = 0;
+        glm::dvec3 inside{};  ///< a direction well inside
+    };
+    std::vector<View> views;
     std::vector<Element> elements;
     std::vector<Edge> edges;
-    std::vector<glm::dvec3> directions;   ///< of the samples; unit
-    std::vector<std::size_t> apertures;   ///< [samples]
-    std::vector<FacetId> seen;            ///< [samples]
-    std::vector<IncomingLight> light;     ///< [samples]
+    std::vector<glm::dvec3> directions;  ///< of the samples; unit
+    std::vector<std::uint32_t> view_of;  ///< [samples]
+    std::vector<glm::dvec3> rays;        ///< [samples], directions drawn off the outline of the view; unit
+    std::vector<FacetId> seen;           ///< [samples]
+    std::vector<IncomingLight> light;    ///< [samples]
     std::vector<std::uint32_t> fresh;     ///< elements to be estimated
     std::vector<std::uint32_t> crossed;   ///< edges on which a crossing is looked for
     std::vector<std::uint32_t> order;

@@ -8,6 +8,7 @@
 #include "core/parallel.h"
 #include "core/spherical_polygon.h"
 #include "core/sun.h"
+#include "tests/all_backends.h"
 #include "tests/catch.h"
 #include "tests/csv_table.h"
 #include "tests/reference/aperture_quadrature.h"
@@ -231,7 +232,8 @@ TEST_CASE("a glazed window under a clear sky agrees with numerical quadrature", 
     CHECK_THAT(lit.direct.at(point).sky_lx.g, WithinRel(glazed_quadrature(lit, point, opening, 12), 1.5e-3));
     scene.direct.tolerance = 1e-5;
     const Lit finely_lit(scene);
-    CHECK_THAT(finely_lit.direct.at(point).sky_lx.g, WithinRel(glazed_quadrature(lit, point, opening, 12), 3e-5));
+    // Samples are drawn off the outline by 1e-4 of the window: that times a gradient of some 0.5 per window remains.
+    CHECK_THAT(finely_lit.direct.at(point).sky_lx.g, WithinRel(glazed_quadrature(lit, point, opening, 12), 5e-5));
 }
 
 TEST_CASE("a point that looks away from every aperture is dark", "[direct][property]") {
@@ -523,5 +525,35 @@ TEST_CASE("direct illuminance has the same bits for any number of threads", "[di
     for (const int threads : {2, 3, 8}) {
         const std::vector<DirectIlluminance> together = compute(threads);
         CHECK(std::memcmp(alone.data(), together.data(), alone.size() * sizeof alone[0]) == 0);
+    }
+}
+
+TEST_CASE("every visibility method gives the direct light of exact visibility", "[direct][visibility]") {
+    Scene scene = make_scene(SkyModel::moon_spencer);
+    scene.ground.reflectance = grey(0.2);
+    scene.polyhedra = {box("building", Effect::fill, {-4, -5, -1}, {4, 2.4, 4}),
+                       box("room", Effect::carve, {-3, -4, 0}, {3, 2, 3}),
+                       box("window", Effect::carve, {-1, 1.9, 0.9}, {1, 2.5, 2.2}),
+                       box("opposite", Effect::fill, {-6, 9, -1}, {-0.5, 14, 6}),
+                       box("desk", Effect::fill, {0.2, 0.9, 0}, {1.2, 1.5, 1.4})};
+    const Lit exact(scene);
+    const auto backend = GENERATE(from_range(all_backends()));
+    CAPTURE(backend.name);
+    const auto visibility = backend.make(exact.building, exact.grid);
+    const DirectLight direct(exact.scene, exact.building, exact.grid, exact.outdoors, *visibility);
+    // Embree: rounding of rays that graze. Projection: its cells show a facet to half a cell beyond its outline, and the
+    // most oblique view of the window here is a few dozen cells wide: 2 % measured.
+    const double tolerance = backend.name == "embree" ? 1e-3 : 4e-2;
+    for (const glm::dvec3& normal : {glm::dvec3{0, 0, 1}, glm::dvec3{0, 1, 0}}) {
+        for (const glm::dvec3& position : {glm::dvec3{0.1, -1, 0.85}, glm::dvec3{-2, 0.5, 0.85}, glm::dvec3{0, 1.999, 1.2},
+                                           glm::dvec3{1.8, -0.3, 1.0}, glm::dvec3{0.5, 1.2, 1.41}}) {
+            CAPTURE(position.x, position.y, position.z, normal.z);
+            const DirectIlluminance expected = exact.direct.at({position, normal});
+            const DirectIlluminance found = direct.at({position, normal});
+            const double total = expected.by_source().total().g;
+            CHECK(total > 0.0);
+            CHECK_THAT(found.sky_lx.g, WithinAbs(expected.sky_lx.g, tolerance * total));
+            CHECK_THAT(found.outdoor_lx.total().g, WithinAbs(expected.outdoor_lx.total().g, tolerance * total));
+        }
     }
 }
