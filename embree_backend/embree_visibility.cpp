@@ -59,46 +59,57 @@ public:
 
     void form_factor_row(PatchId from, FormFactorRow& row) const override {
         const Patch& patch = grid_.patches[index(from)];
-        const PolygonSampler sampler(grid_.polygon_of(from), patch.centroid_m, lift_m_);
+        const glm::dvec3 shift = lift_m_ * patch.normal - centre_m_;
+        const PolygonSampler sampler(grid_.polygon_of(from), patch.centroid_m, lift_m_, shift);
         const std::uint64_t random = mix(mix(seed_) ^ index(from));
-        const auto first_start = [&](std::uint32_t tile) {
-            return sampler.point(sobol_point(tile, static_cast<std::uint32_t>(random >> 32))) - centre_m_;
+        const auto first_starts = [&](std::uint32_t number, Packet& packet) {
+            float u[packet_size], v[packet_size];
+            tile_points(number, static_cast<std::uint32_t>(random >> 32), u, v);
+            sampler.place(u, v, packet.rays.ray.org_x, packet.rays.ray.org_y, packet.rays.ray.org_z);
         };
         // A crack between facets is missed when the whole ray moves aside: by a hundredth of the way to the
         // centroid.
-        const auto second_start = [&](const glm::dvec3& start, const glm::dvec3&) {
-            return start + 0.01 * (patch.centroid_m - centre_m_ - start);
+        const auto second_start = [&](const SecondTry& lost) {
+            return lost.start + 0.01 * (patch.centroid_m + shift - lost.start);
         };
-        collect(patch.normal, patch_tiles_, static_cast<std::uint32_t>(random), first_start, second_start,
+        collect(patch.normal, patch_tiles_, static_cast<std::uint32_t>(random), first_starts, second_start,
                 row);
     }
 
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override {
-        const glm::dvec3 position = from.position_m - centre_m_;
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m_ * from.normal);
         std::uint64_t random = mix(seed_);
         for (const double x : {from.position_m.x, from.position_m.y, from.position_m.z, from.normal.x,
                                from.normal.y, from.normal.z})
             random = mix(random ^ std::bit_cast<std::uint64_t>(x));
-        const auto first_start = [&](std::uint32_t) { return position; };
-        // A point in the corner of a room may be behind the neighbouring wall by a rounding: back off along
-        // the surface.
-        const auto second_start = [&](const glm::dvec3& start, const glm::dvec3& direction) {
-            return start - 64.0 * lift_m_ * (direction - glm::dot(direction, from.normal) * from.normal);
+        const auto first_starts = [&](std::uint32_t, Packet& packet) {
+            for (unsigned k = 0; k < packet_size; ++k)
+                packet.set_origin(k, lifted);
         };
-        collect(from.normal, point_tiles_, static_cast<std::uint32_t>(random), first_start, second_start,
+        // A point in the corner of a room may lie behind the neighbouring wall by a rounding. Rays that leave
+        // the wall meet its back at once and start in front of it the second time; rays that go into it start
+        // farther back along the surface.
+        const auto second_start = [&](const SecondTry& lost) {
+            if (lost.distance_m < 4.0 * lift_m_) return lost.start + 64.0 * lift_m_ * lost.direction;
+            return lost.start -
+                   64.0 * lift_m_ * (lost.direction - glm::dot(lost.direction, from.normal) * from.normal);
+        };
+        collect(from.normal, point_tiles_, static_cast<std::uint32_t>(random), first_starts, second_start,
                 row);
     }
 
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
-        const glm::dvec3 lifted = from.position_m - centre_m_ + lift_m_ * from.normal;
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m_ * from.normal);
         Packet packet;
         for (std::size_t first = 0; first < directions.size(); first += packet_size) {
             const unsigned count =
                 static_cast<unsigned>(std::min<std::size_t>(packet_size, directions.size() - first));
-            for (unsigned k = 0; k < packet_size; ++k)
-                aim(packet, k, lifted, glm::vec3(directions[first + std::min(k, count - 1)]));
+            for (unsigned k = 0; k < packet_size; ++k) {
+                packet.set_origin(k, lifted);
+                packet.set_direction(k, glm::vec3(directions[first + std::min(k, count - 1)]));
+            }
             embree_api::trace(opaque_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k)
                 seen[first + k] = seen_by(packet, k);
@@ -134,14 +145,16 @@ public:
     }
 
 private:
+    /// A ray that met nothing, a back or the outdoors.
+    struct SecondTry {
+        glm::dvec3 start, direction;
+        double distance_m;  ///< to what it met; infinite for nothing
+    };
+
     /// Hits of one row, per patch. All zero between two rows.
     struct RowScratch {
         std::vector<std::uint32_t> hits;     ///< [gather_patch_count]
         std::vector<std::uint64_t> touched;  ///< one bit per patch: read in order, no sorting
-        struct SecondTry {
-            glm::dvec3 start;
-            glm::dvec3 direction;
-        };
         std::vector<SecondTry> second_tries;
     };
 
@@ -253,13 +266,6 @@ private:
             embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles));
     }
 
-    /// Ray k leaves the lifted point, from half a lift behind it: a wall through the point itself lies ahead
-    /// then.
-    void aim(Packet& packet, unsigned k, const glm::dvec3& lifted, const glm::vec3& direction) const {
-        packet.set_origin(k, glm::vec3(lifted - 0.5 * lift_m_ * glm::dvec3(direction)));
-        packet.set_direction(k, direction);
-    }
-
     /// Where a ray meets the plane of a facet. In double from the plane, which Embree's float distance is too
     /// coarse for.
     static glm::dvec3 meeting_point(const TracedFacet& facet, const glm::dvec3& start,
@@ -308,11 +314,11 @@ private:
     }
 
     /// Shoots the rays of all tiles; each weighs 1 / rays.
-    /// first_start(i): start of packet i, numbered so that neighbouring tiles have neighbouring numbers.
-    /// second_start(start, direction): start of the second try of a ray that would be lost.
-    template <class FirstStart, class SecondStart>
+    /// first_starts(n, packet): sets the origins of packet n, lifted; neighbouring tiles have neighbouring
+    /// numbers. second_start(start, direction): lifted origin of the second try of a ray that would be lost.
+    template <class FirstStarts, class SecondStart>
     void collect(const glm::dvec3& normal, const Tiles& tiles, std::uint32_t key,
-                 const FirstStart& first_start, const SecondStart& second_start, FormFactorRow& row) const {
+                 const FirstStarts& first_starts, const SecondStart& second_start, FormFactorRow& row) const {
         RowScratch& scratch = scratch_.local();
         scratch.hits.resize(grid_.gather_patch_count);
         scratch.touched.resize((grid_.gather_patch_count + 63) / 64);
@@ -323,22 +329,21 @@ private:
         };
 
         const HemisphereFrame frame(normal);
-        const glm::dvec3 lift = lift_m_ * normal;
         Packet packet;
         for (int tile_row = 0; tile_row < tiles.rows; ++tile_row)
             for (int tile_column = 0; tile_column < tiles.columns; ++tile_column) {
-                const glm::dvec3 start = first_start(
-                    morton(static_cast<std::uint32_t>(tile_row), static_cast<std::uint32_t>(tile_column)));
+                first_starts(
+                    morton(static_cast<std::uint32_t>(tile_row), static_cast<std::uint32_t>(tile_column)),
+                    packet);
                 tile_directions(frame, tiles, tile_row, tile_column, key, packet.rays.ray.dir_x,
                                 packet.rays.ray.dir_y, packet.rays.ray.dir_z);
-                for (unsigned k = 0; k < packet_size; ++k)
-                    aim(packet, k, start + lift, glm::vec3(packet.direction(k)));
                 embree_api::trace(surfaces_.get(), packet);
                 for (unsigned k = 0; k < packet_size; ++k) {
                     if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
                         count_hit(patch);
                     else
-                        scratch.second_tries.push_back({start, packet.direction(k)});
+                        scratch.second_tries.push_back(
+                            {packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k]});
                 }
             }
 
@@ -347,8 +352,9 @@ private:
             const unsigned count = static_cast<unsigned>(
                 std::min<std::size_t>(packet_size, scratch.second_tries.size() - first));
             for (unsigned k = 0; k < packet_size; ++k) {
-                const auto& [start, direction] = scratch.second_tries[first + std::min(k, count - 1)];
-                aim(packet, k, second_start(start, direction) + lift, glm::vec3(direction + 1e-4 * normal));
+                const SecondTry& ray = scratch.second_tries[first + std::min(k, count - 1)];
+                packet.set_origin(k, glm::vec3(second_start(ray)));
+                packet.set_direction(k, glm::vec3(ray.direction + 1e-4 * normal));
             }
             embree_api::trace(surfaces_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k) {

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <span>
+#include <vector>
 
 namespace naturel::embree_sampling {
 
@@ -12,11 +12,6 @@ std::uint64_t mix(std::uint64_t x);
 /// Bits of a and b (16 each) interleaved: the aligned 2^k x 2^k blocks of a table are the aligned runs of 4^k
 /// numbers.
 std::uint32_t morton(std::uint32_t a, std::uint32_t b);
-
-/// Point i of a scrambled Sobol (0,2)-sequence: of every aligned run of 4^k points, one falls into each cell
-/// of any division of the unit square into 4^k equal rectangles of power-of-two sides. The key chooses the
-/// scrambling.
-glm::dvec2 sobol_point(std::uint32_t i, std::uint32_t key);
 
 /// The unit square divided into rows x columns tiles of 4 x 4 cells. A packet of 16 rays has one in each cell
 /// of a tile.
@@ -41,19 +36,32 @@ struct HemisphereFrame {
 void tile_directions(const HemisphereFrame& frame, const Tiles& tiles, int row, int column, std::uint32_t key,
                      float* x, float* y, float* z);
 
+/// One point of the unit square for each ray of a packet. Every aligned run of 4^k packets (numbers from
+/// morton()) holds one point in each cell of any division of the square into 4^(k + 2) equal rectangles with
+/// sides of powers of two. u, v: [16], filled; in [0, 1).
+void tile_points(std::uint32_t packet, std::uint32_t key, float* u, float* v);
+
 /// Spreads points of the unit square evenly over a convex polygon, all of them at least margin_m inside its
 /// outline (or at its centroid, when it is that small). Refers to the corners: keep them alive.
 class PolygonSampler {
 public:
-    PolygonSampler(std::span<const glm::dvec3> corners_m, const glm::dvec3& centroid_m, double margin_m);
+    /// Positions come out moved by `shift_m`: near the origin, where floats are fine.
+    PolygonSampler(std::span<const glm::dvec3> corners_m, const glm::dvec3& centroid_m, double margin_m,
+                   const glm::dvec3& shift_m);
 
-    glm::dvec3 point(const glm::dvec2& square) const;
+    /// u, v: [16], in [0, 1); x, y, z: [16], filled.
+    void place(const float* u, const float* v, float* x, float* y, float* z) const;
 
 private:
+    glm::dvec3 shrunk(const glm::dvec3& point_m) const;
+    glm::dvec3 on_fan(double u, double v) const;
+
     std::span<const glm::dvec3> corners_m_;
-    glm::dvec3 centroid_m_;
+    glm::dvec3 centroid_m_, shift_m_;
     double shrink_ = 1.0;
     bool parallelogram_ = false;
+    glm::vec3 origin_m_{}, along_m_{}, across_m_{};  ///< of the shrunk and moved parallelogram
+    std::vector<double> fan_m2_;                     ///< of any other polygon: doubled areas of its triangles
 };
 
 }  // namespace naturel::embree_sampling

@@ -1,0 +1,171 @@
+#include "embree_backend/embree_visibility.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "core/form_factors.h"
+#include "core/radiosity.h"
+#include "tests/catch.h"
+#include "tests/random_scenes.h"
+#include "tests/reference/exact_form_factors.h"
+
+using namespace naturel;
+using namespace naturel::tests;
+using glm::dvec3;
+
+namespace {
+
+struct CubeRoom {
+    Building building = assemble(closed_room({1, 1, 1}));
+    PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.25});
+
+    std::unique_ptr<Visibility> look(const EmbreeOptions& options) const {
+        return make_embree_visibility(building, grid, options);
+    }
+};
+
+/// Root mean square error of all form factors between patches of a cube, against the closed forms.
+double patch_error(const CubeRoom& cube, int rays, std::uint64_t seed) {
+    const std::unique_ptr<Visibility> visibility = cube.look({.rays_per_patch = rays, .seed = seed});
+    double square = 0.0;
+    std::size_t count = 0;
+    FormFactorRow row;
+    for (std::size_t i = 0; i < cube.grid.gather_patch_count; i += 5) {
+        visibility->form_factor_row(make_id<PatchId>(i), row);
+        std::vector<double> dense(cube.grid.gather_patch_count);
+        for (std::size_t k = 0; k < row.values.size(); ++k)
+            dense[index(row.patches[k])] = row.values[k];
+        for (std::size_t j = 0; j < dense.size(); ++j) {
+            if (cube.grid.patches[j].face == cube.grid.patches[i].face) continue;
+            const double exact = reference::polygon_to_polygon(cube.grid.polygon_of(make_id<PatchId>(i)),
+                                                               cube.grid.polygon_of(make_id<PatchId>(j)));
+            square += (dense[j] - exact) * (dense[j] - exact);
+            ++count;
+        }
+    }
+    return std::sqrt(square / static_cast<double>(count));
+}
+
+}  // namespace
+
+TEST_CASE("more rays bring form factors to the closed forms faster than chance would",
+          "[embree][convergence]") {
+    const CubeRoom cube;
+    // Patch by patch. Independent rays would err by sqrt(F / n): slope 1/2. One ray in each of n cells errs
+    // only in the sqrt(n) cells on an outline: slope 3/4, were the place on the patch no matter.
+    double coarse = 0.0, fine = 0.0;
+    for (const std::uint64_t seed : {1u, 2u}) {
+        coarse += patch_error(cube, 1024, seed) / 2;
+        fine += patch_error(cube, 16384, seed) / 2;
+    }
+    const double mean_form_factor = 1.0 / 80;  // 96 patches, 16 of them coplanar
+    CHECK(coarse < 0.75 * std::sqrt(mean_form_factor / 1024));
+    CHECK(fine < 0.5 * std::sqrt(mean_form_factor / 16384));
+    const double slope = std::log(coarse / fine) / std::log(16.0);
+    INFO("errors " << coarse << " and " << fine << ", slope " << slope);
+    CHECK(slope > 0.55);
+    CHECK(slope < 0.85);
+}
+
+TEST_CASE("another seed gives other rays but the same form factors within their noise", "[embree]") {
+    const CubeRoom cube;
+    FormFactorRow a, b, again;
+    cube.look({.seed = 1})->form_factor_row(make_id<PatchId>(0), a);
+    cube.look({.seed = 2})->form_factor_row(make_id<PatchId>(0), b);
+    cube.look({.seed = 1})->form_factor_row(make_id<PatchId>(0), again);
+    CHECK(a.values == again.values);
+    CHECK(a.values != b.values);
+    for (std::size_t k = 0, m = 0; k < a.values.size() && m < b.values.size();) {
+        if (a.patches[k] != b.patches[m]) {
+            a.patches[k] < b.patches[m] ? ++k : ++m;
+            continue;
+        }
+        // Five times the noise of independent rays.
+        CHECK(std::abs(a.values[k] - b.values[m]) < 5 * std::sqrt(2 * a.values[k] / 4096) + 1e-3);
+        ++k, ++m;
+    }
+}
+
+TEST_CASE("the numbers of rays are rounded up and reported", "[embree]") {
+    const CubeRoom cube;
+    const auto settings = cube.look({.rays_per_patch = 1000, .rays_per_point = 257, .seed = 9})->settings();
+    const auto value = [&](const std::string& name) {
+        for (const auto& [key, text] : settings)
+            if (key == name) return text;
+        return std::string("absent");
+    };
+    CHECK(value("rays_per_patch") == "1024");
+    CHECK(value("rays_per_point") == "512");
+    CHECK(value("seed") == "9");
+}
+
+TEST_CASE("no light leaks from the corners of a crooked room", "[embree]") {
+    // No wall lies along the grid of floats. A tetrahedron has sharp corners, a parallelepiped right ones.
+    const auto kind = GENERATE(PolyhedronKind::tetrahedron, PolyhedronKind::parallelepiped);
+    const dvec3 a = glm::normalize(dvec3(3, 1, 0.5)), b = glm::normalize(glm::cross(dvec3(0.2, 0.1, 1), a));
+    const dvec3 corner(1.1, 0.7, 0.3), c = glm::cross(a, b);
+    Scene scene = empty_scene();
+    scene.polyhedra = {box("building", Effect::fill, {-5, -5, -5}, {9, 9, 9}),
+                       {.id = "room",
+                        .kind = kind,
+                        .effect = Effect::carve,
+                        .vertices_m = {corner, corner + 4.1 * a, corner + 3.3 * b, corner + 2.7 * c},
+                        .material = MaterialId{}}};
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.4});
+    const auto visibility = make_embree_visibility(building, grid);
+    FormFactorRow row;
+    double worst = 0.0;
+    for (std::size_t i = 0; i < grid.gather_patch_count; ++i) {
+        visibility->form_factor_row(make_id<PatchId>(i), row);
+        worst = std::max(worst, row.lost);
+    }
+    for (const Node& node : grid.nodes) {
+        const dvec3 normal = building.faces[index(node.face)].normal;
+        visibility->gather_row({node.gather_position_m, normal}, row);
+        worst = std::max(worst, row.lost);
+    }
+    CHECK(worst == 0.0);
+
+    // On the very edge of the room rounding to float decides the side of the wall. Rays that graze the wall within 1/64
+    // of its plane, a few of 1000, may stay behind it.
+    double worst_on_edge = 0.0;
+    for (int k = 1; k < 100; ++k) {
+        visibility->gather_row({corner + 0.041 * k * a, c}, row);
+        worst_on_edge = std::max(worst_on_edge, row.lost);
+    }
+    CHECK(worst_on_edge < 0.01);
+}
+
+TEST_CASE("small furniture far from the origin of a wide site is seen whole", "[embree]") {
+    Scene scene = closed_room({4, 4, 3});
+    scene.polyhedra.push_back(
+        box("far away", Effect::fill, {900, 900, 0}, {910, 910, 20}));  // spoils the floats
+    scene.polyhedra.push_back(box("book", Effect::fill, {2, 2, 0}, {2.2, 2.2, 0.03}));
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.5});
+    const auto visibility = make_embree_visibility(building, grid);
+    double worst = 0.0;
+    FormFactorRow row;
+    for (std::size_t i = 0; i < grid.gather_patch_count; ++i) {
+        visibility->form_factor_row(make_id<PatchId>(i), row);
+        worst = std::max(worst, row.lost);
+    }
+    CHECK(worst < 2e-3);  // 8 of 4096 rays
+}
+
+TEST_CASE("a furnace of rays is a furnace", "[embree][radiosity][analytic]") {
+    const CubeRoom cube;
+    NoProgress quiet;
+    const auto visibility = cube.look({.rays_per_patch = 1024});
+    const FormFactors f = compute_form_factors(*visibility, cube.grid, {}, quiet);
+    std::vector<double> area_m2;
+    for (const Patch& p : cube.grid.patches)
+        if (area_m2.size() < f.row_count()) area_m2.push_back(p.area_m2);
+    const std::vector<PatchOptics> optics(f.row_count(), PatchOptics{.reflectance = grey(0.8)});
+    const std::vector<LightBySource> direct(f.row_count(), LightBySource{grey(100), {}});
+    const RadiositySolution s = solve_radiosity(f, area_m2, optics, direct, {}, quiet);
+    CHECK(s.converged);
+    for (const LightBySource& e : s.indirect_illuminance_lx)
+        CHECK(std::abs(e.sky.g - 400.0) < 400.0 * 1e-6);
+}
