@@ -70,7 +70,10 @@ double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries)
     std::ranges::sort(luminance);
     if (luminance.empty() || luminance.back() <= 0.0) return 1.0;
     const double percentile = luminance[(luminance.size() - 1) * 99 / 100];
-    return percentile > 0.0 ? percentile : luminance.back();
+    const double median = luminance[luminance.size() / 2];
+    // A fifth of white is middle grey on an sRGB screen.
+    const double white = std::min(percentile, 5.0 * median);
+    return white > 0.0 ? white : luminance.back();
 }
 
 std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,

@@ -56,9 +56,12 @@ Json outdoors_json(const Result& result) {
               {"zenith_luminance_cd_m2", outdoors.sky.zenith_luminance().value},
               {"horizontal_illuminance_lx", outdoors.horizontal_illuminance().value}};
     if (result.scene.sun)
-        json["sun"] = {{"altitude_deg", degrees_from_radians(result.scene.sun->altitude_rad)},
-                       {"azimuth_from_model_y_deg", degrees_from_radians(result.scene.sun->azimuth_rad)},
-                       {"direct_normal_illuminance_lx", outdoors.direct_normal_illuminance_lx}};
+        json["sun"] = {
+            {"altitude_deg", degrees_from_radians(result.scene.sun->altitude_rad)},
+            {"azimuth_deg",
+             std::fmod(degrees_from_radians(result.scene.sun->azimuth_rad + result.scene.north_rad) + 720.0,
+                       360.0)},
+            {"direct_normal_illuminance_lx", outdoors.direct_normal_illuminance_lx}};
     return json;
 }
 

@@ -2,9 +2,7 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <new>
 #include <optional>
@@ -52,7 +50,8 @@ ExitCode guarded_main(int argc, char** argv) {
     try {
         const ExitCode code =
             std::visit([](const auto& command) { return execute(command); }, parse_command_line(argc, argv));
-        if (std::fflush(stdout) != 0) throw InputError("standard output", std::strerror(errno));
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw InputError("standard output", "cannot be written (disk full?)");
         return code;
     } catch (const InputError& error) {
         std::fprintf(stderr, "naturel: %s\n", error.what());

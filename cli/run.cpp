@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <set>
 
@@ -65,8 +66,9 @@ void refuse_too_fine_grid(const Building& building, const RunOptions& options) {
         if (facet.environment == Environment::indoor)
             patches += facet.area_m2 / (*options.grid_spacing_m * *options.grid_spacing_m);
     if (patches > most_patches)
-        throw InputError("--grid-spacing", fmt::format("{} m makes about {:.2g} patches indoors (at most {:.2g})",
-                                                       *options.grid_spacing_m, patches, most_patches));
+        throw InputError("--grid-spacing",
+                         fmt::format("{} m makes about {:.2g} patches indoors (at most {:.2g})",
+                                     *options.grid_spacing_m, patches, most_patches));
 }
 
 /// A file name for each view: its id without what could leave the folder or upset a shell or another file
@@ -137,6 +139,11 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
     return written;
 }
 
+/// Rounded to one decimal, without the "-0.0" that rounding noise would print.
+double in_tenths(double value) {
+    return std::round(value * 10.0) / 10.0 + 0.0;
+}
+
 /// The short account for people.
 std::string account(const Result& result, const std::vector<SensorSetStatistics>& sets) {
     const RadiositySolution& radiosity = result.solution.radiosity;
@@ -160,7 +167,7 @@ std::string account(const Result& result, const std::vector<SensorSetStatistics>
         "  flux in {:.1f} lm, absorbed {:.1f} lm, lost {:.1f} lm (gap {:.1e}); radiosity {} after {} "
         "iterations, "
         "residual {:.1e}\n",
-        flux.in_lm, flux.absorbed_lm, flux.lost_lm, flux.relative_gap,
+        flux.in_lm, flux.absorbed_lm, in_tenths(flux.lost_lm), flux.relative_gap,
         radiosity.converged ? "converged" : "NOT converged", radiosity.iterations,
         radiosity.relative_residual);
     return text;
@@ -171,9 +178,10 @@ std::string account(const std::string& backend, const std::string& reference,
     std::string text = fmt::format("{} minus {}, illuminance:\n", backend, reference);
     for (const SensorSetDifference& set : sets)
         text += fmt::format(
-            "  {} ({} points): mean {:+.2f} lx, RMS {:.2f} lx of {:.1f} lx; worst {:+.2f} lx at {}\n", set.id,
-            set.points, set.mean_lx, set.root_mean_square_lx, set.mean_reference_lx, set.worst_lx,
-            set.worst_point);
+            "  {} ({} points): mean {:+.2f} lx, RMS {:.2f} lx, worst {:+.2f} lx at {} ({} has {:.1f} lx on "
+            "average)\n",
+            set.id, set.points, set.mean_lx, set.root_mean_square_lx, set.worst_lx, set.worst_point,
+            reference, set.mean_reference_lx);
     return text;
 }
 
@@ -243,9 +251,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
 
         print(stdout, account(result, sets) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {
-            std::string times = fmt::format("{} with {} threads:", backend.name, options.threads);
+            std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())
-                times += fmt::format(" {} {:.2f} s", stage.stage, stage.seconds);
+                times += fmt::format("; {} {:.2f} s", stage.stage, stage.seconds);
             print(stderr, times + "\n");
         }
         converged = converged && solution.radiosity.converged;

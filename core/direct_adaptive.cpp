@@ -16,11 +16,17 @@ using Element = AdaptiveScratch::Element;
 // Before any light is looked at, elements are divided to these limits, lest a glazing bar or a piece of furniture fall
 // between the samples and an estimate from too few of them look converged. Found by trial (tests/core/direct_test.cpp).
 constexpr double first_edge = 0.5;          // longest edge, as a chord of the unit sphere
-constexpr double first_share = 1.0 / 16.0;  // of the projected solid angle of all apertures together
+constexpr double first_share = 1.0 / 64.0;  // of the projected solid angle of all apertures together
 
 /// Standard deviation of the share of a triangle that lies on one side of a random straight edge, as estimated from six
 /// samples that do not all agree. Measured; docs/method.md, "Direct illuminance".
 constexpr double edge_error = 0.15;
+
+/// Crossings of an edge of what is seen with a side of an element are located to this share of the side.
+constexpr double crossing_width = 1.0 / 16.0;
+
+/// The same where the edge has been located on both sides that it crosses: it may still bend between them.
+constexpr double bent_error = 0.08;
 
 /// A point that sees nearly nothing need not know it more accurately than to this share of what its apertures would
 /// give it if nothing stood in the way.
@@ -33,13 +39,26 @@ constexpr std::size_t samples_per_division = 9;  // at most: three new edges ins
 /// Apertures closer than this are in the plane of the point: 10 times finer than what lifts sensors off surfaces.
 constexpr double min_height_m = 1e-6;
 
-/// Samples keep this share of an aperture's size from its outline, so that they do not graze walls and reveals: 20
-/// micrometres at 1 m, which single precision resolves within 100 m of the origin.
-constexpr double inset = 2e-5;
+/// Less than this of an aperture in front of the point is rounding of its outline at the horizon of the point: a contour
+/// integral of edges of length 1 is good to some 1e-16.
+constexpr double min_projected_sr = 1e-13;
+
+/// Samples keep this share of an aperture's size from its outline, so that they do not graze walls and reveals: 0.1 mm
+/// at 1 m, several times what single precision makes of places in a building (and of lifting points off surfaces).
+constexpr double inset = 1e-4;
 
 bool same_source(const IncomingLight& a, const IncomingLight& b) {
+    if (a.source_luminance == 0.0 && b.source_luminance == 0.0) return true;
     if (a.seen != b.seen || a.apertures_crossed != b.apertures_crossed) return false;
     return a.seen == FacetId::none || a.source_luminance == b.source_luminance;
+}
+
+/// In [0, 1): a hash of a number (SplitMix64, Steele et al. 2014).
+double uniform_from(std::uint64_t number) {
+    std::uint64_t z = (number + 1) * 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
 }
 
 class Integration {
@@ -47,10 +66,12 @@ public:
     Integration(const GatherPoint& point, const ApertureLight& light, const Visibility& visibility,
                 AdaptiveScratch& scratch)
         : point_(point), light_(light), visibility_(visibility), mesh_(scratch) {
+        mesh_.views.clear();
         mesh_.elements.clear();
         mesh_.edges.clear();
         mesh_.directions.clear();
-        mesh_.apertures.clear();
+        mesh_.view_of.clear();
+        mesh_.rays.clear();
         mesh_.seen.clear();
         mesh_.light.clear();
         mesh_.fresh.clear();
@@ -61,11 +82,14 @@ public:
         if (mesh_.elements.empty()) return {};
         for (const Element& element : mesh_.elements) all_apertures_sr_ += element.projected_solid_angle_sr;
         halve_large_elements();
+        add_probes();
         mesh_.fresh.resize(mesh_.elements.size());
         std::iota(mesh_.fresh.begin(), mesh_.fresh.end(), 0u);
         do {
             look();
+            locate_crossings();
             for (const std::uint32_t i : mesh_.fresh) estimate(mesh_.elements[i]);
+            for (Element& element : mesh_.elements) learn_from_other_samples(element);
         } while (refine(tolerance));
         return total();
     }
@@ -86,27 +110,27 @@ private:
         }
     }
 
-    /// Divides a polygon into triangles: around its mean direction, so that no edge comes near a half circle even where
-    /// the point almost touches the aperture; if small, without a sample there. Overwrites the polygon.
+    /// Divides a polygon into triangles: around a direction well inside, so that no edge comes near a half circle even
+    /// where the point almost touches the aperture; if small, without a sample there. Overwrites the polygon.
     void add_polygon(std::vector<glm::dvec3>& polygon, std::size_t aperture) {
         const glm::dvec3 whole = vector_solid_angle(polygon);
-        const double whole_sr = glm::dot(point_.normal, whole);
-        if (!(whole_sr > 0.0)) return;
+        if (!(glm::dot(point_.normal, whole) > min_projected_sr)) return;
         const glm::dvec3 middle = glm::normalize(whole);
         double reach = 0.0;
         for (glm::dvec3& vertex : polygon) {
-            const glm::dvec3 direction = glm::normalize(vertex);
-            vertex = glm::normalize(direction + inset * (middle - direction));
+            vertex = glm::normalize(vertex);
             reach = std::max(reach, glm::length(vertex - middle));
         }
-        // The inset takes up to 4e-5 of the polygon away: what is left stands for the whole.
-        const double scale = whole_sr / glm::dot(point_.normal, vector_solid_angle(polygon));
+        // Off the middle, lest all samples of a row fall on one side of an edge in a symmetric scene.
+        const glm::dvec3 inside = glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
+        const auto view = static_cast<std::uint32_t>(mesh_.views.size());
+        mesh_.views.push_back({aperture, inside});
 
         const auto count = static_cast<std::uint32_t>(polygon.size());
         const auto first = static_cast<std::uint32_t>(mesh_.directions.size());
-        for (const glm::dvec3& vertex : polygon) add_sample(vertex, aperture);
+        for (const glm::dvec3& vertex : polygon) add_sample(vertex, view);
         const bool small = reach <= 0.5 * first_edge;
-        const std::uint32_t hub = small ? first : add_sample(middle, aperture);
+        const std::uint32_t hub = small ? first : add_sample(inside, view);
         const std::uint32_t begin = small ? 1 : 0, end = small ? count - 1 : count;
         std::uint32_t before = add_edge(hub, first + begin);
         const std::uint32_t first_spoke = before;
@@ -114,34 +138,33 @@ private:
             const std::uint32_t from = first + k, to = first + (k + 1) % count;
             const std::uint32_t rim = add_edge(from, to);
             const std::uint32_t after = !small && k + 1 == end ? first_spoke : add_edge(to, hub);
-            add_element({.corners = {hub, from, to}, .edges = {before, rim, after}, .aperture = aperture, .scale = scale});
+            add_element({.corners = {hub, from, to}, .edges = {before, rim, after}});
             before = after;
         }
     }
 
-    std::uint32_t add_sample(const glm::dvec3& direction, std::size_t aperture) {
+    std::uint32_t add_sample(const glm::dvec3& direction, std::uint32_t view) {
         mesh_.directions.push_back(direction);
-        mesh_.apertures.push_back(aperture);
+        mesh_.view_of.push_back(view);
+        mesh_.rays.push_back(glm::normalize(direction + inset * (mesh_.views[view].inside - direction)));
         return static_cast<std::uint32_t>(mesh_.directions.size() - 1);
     }
 
     std::uint32_t add_edge(std::uint32_t a, std::uint32_t b) {
         const glm::dvec3 middle = glm::normalize(mesh_.directions[a] + mesh_.directions[b]);
-        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.apertures[a])});
+        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.view_of[a])});
         return static_cast<std::uint32_t>(mesh_.edges.size() - 1);
     }
 
     void measure(Element& element) const {
         const auto& [a, b, c] = element.corners;
         const std::array<glm::dvec3, 3> triangle{mesh_.directions[a], mesh_.directions[b], mesh_.directions[c]};
-        const double projected = glm::dot(point_.normal, vector_solid_angle(triangle));
-        element.projected_solid_angle_sr = element.scale * std::max(0.0, projected);
+        element.projected_solid_angle_sr = std::max(0.0, glm::dot(point_.normal, vector_solid_angle(triangle)));
     }
 
-    std::uint32_t add_element(Element element) {
+    void add_element(Element element) {
         measure(element);
         mesh_.elements.push_back(element);
-        return static_cast<std::uint32_t>(mesh_.elements.size() - 1);
     }
 
     /// The half of an edge at one of its ends.
@@ -151,6 +174,11 @@ private:
             const std::uint32_t first = add_edge(whole.a, whole.middle);
             add_edge(whole.middle, whole.b);
             mesh_.edges[edge].halves = first;
+            if (whole.high <= 0.5) {
+                mesh_.edges[first].low = 2.0 * whole.low, mesh_.edges[first].high = 2.0 * whole.high;
+            } else if (whole.low >= 0.5) {
+                mesh_.edges[first + 1].low = 2.0 * whole.low - 1.0, mesh_.edges[first + 1].high = 2.0 * whole.high - 1.0;
+            }
         }
         return mesh_.edges[edge].halves + (mesh_.edges[edge].a == end ? 0 : 1);
     }
@@ -166,7 +194,8 @@ private:
                 const double length = glm::length(mesh_.directions[edge.b] - mesh_.directions[edge.a]);
                 if (length > longest) longest = length, k = side;
             }
-            if (longest <= first_edge && whole.projected_solid_angle_sr <= largest_sr) {
+            const bool small_enough = longest <= first_edge && whole.projected_solid_angle_sr <= largest_sr;
+            if (small_enough || mesh_.directions.size() + samples_per_division > max_samples) {
                 ++i;
                 continue;
             }
@@ -186,66 +215,211 @@ private:
         }
     }
 
+    /// Corners and middles stand in rows, between which a glazing bar can hide: probes do not.
+    void add_probes() {
+        for (std::size_t i = 0; i < mesh_.elements.size(); ++i) {
+            Element& element = mesh_.elements[i];
+            double s = uniform_from(2 * i), t = uniform_from(2 * i + 1);
+            if (s + t > 1.0) s = 1.0 - s, t = 1.0 - t;
+            const auto& [a, b, c] = element.corners;
+            element.probe = add_sample(glm::normalize((1.0 - s - t) * mesh_.directions[a] + s * mesh_.directions[b] +
+                                                      t * mesh_.directions[c]),
+                                       mesh_.view_of[a]);
+        }
+    }
+
+    bool contains(const Element& element, std::uint32_t sample) const {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const glm::dvec3& from = mesh_.directions[element.corners[k]];
+            const glm::dvec3& to = mesh_.directions[element.corners[(k + 1) % 3]];
+            if (glm::dot(glm::cross(to, from), mesh_.directions[sample]) < 0.0) return false;
+        }
+        return true;
+    }
+
     /// Asks what is seen in the directions that are new.
     void look() {
         const std::size_t known = mesh_.light.size();
         const std::size_t count = mesh_.directions.size() - known;
         mesh_.seen.resize(mesh_.directions.size());
         mesh_.light.resize(mesh_.directions.size());
-        visibility_.first_seen(point_, std::span(mesh_.directions).subspan(known, count),
+        visibility_.first_seen(point_, std::span(mesh_.rays).subspan(known, count),
                                std::span(mesh_.seen).subspan(known, count));
         for (std::size_t i = known; i < mesh_.directions.size(); ++i) {
-            mesh_.light[i] =
-                light_.along(point_.position_m, mesh_.directions[i], mesh_.seen[i], mesh_.apertures[i]);
+            const std::size_t aperture = mesh_.views[mesh_.view_of[i]].aperture;
+            mesh_.light[i] = light_.along(point_.position_m, mesh_.rays[i], mesh_.seen[i], aperture);
         }
     }
 
-    /// Where all samples see the same, light is smooth: the three middles integrate a quadratic exactly, and the
-    /// corners tell the error. Where they do not, an edge runs through: each of the four quarters has the mean of its
-    /// corners, and the error is what edges do on average.
+    /// The corner that one straight edge of what is seen would cut off, judging by the six samples; 3 if there is none.
+    std::size_t odd_corner(const Element& element) const {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const IncomingLight& odd = mesh_.light[element.corners[k]];
+            const IncomingLight& rest = mesh_.light[element.corners[(k + 1) % 3]];
+            const auto middle = [&](std::size_t side) -> const IncomingLight& {
+                return mesh_.light[mesh_.edges[element.edges[side % 3]].middle];
+            };
+            const auto is_either = [&](const IncomingLight& light) {
+                return same_source(light, odd) || same_source(light, rest);
+            };
+            if (!same_source(odd, rest) && same_source(mesh_.light[element.corners[(k + 2) % 3]], rest) &&
+                same_source(middle(k + 1), rest) && is_either(middle(k)) && is_either(middle(k + 2))) {
+                return k;
+            }
+        }
+        return 3;
+    }
+
+    /// On the sides of fresh elements with an odd corner, finds where what is seen changes, by bisection.
+    void locate_crossings() {
+        mesh_.crossed.clear();
+        for (const std::uint32_t i : mesh_.fresh) {
+            const Element& element = mesh_.elements[i];
+            const std::size_t odd = odd_corner(element);
+            if (odd == 3) continue;
+            for (const std::size_t side : {odd, (odd + 2) % 3}) {
+                const std::uint32_t id = element.edges[side];
+                if (mesh_.edges[id].low == 0.0 && mesh_.edges[id].high == 1.0) bisect(mesh_.edges[id], mesh_.edges[id].middle);
+                mesh_.crossed.push_back(id);
+            }
+        }
+        std::sort(mesh_.crossed.begin(), mesh_.crossed.end());
+        mesh_.crossed.erase(std::unique(mesh_.crossed.begin(), mesh_.crossed.end()), mesh_.crossed.end());
+        for (;;) {
+            std::erase_if(mesh_.crossed, [&](std::uint32_t id) {
+                return mesh_.edges[id].high - mesh_.edges[id].low <= crossing_width;
+            });
+            if (mesh_.crossed.empty() || mesh_.directions.size() + mesh_.crossed.size() > max_samples) return;
+            auto sample = static_cast<std::uint32_t>(mesh_.directions.size());
+            for (const std::uint32_t id : mesh_.crossed) {
+                const Edge& edge = mesh_.edges[id];
+                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.view_of[edge.a]);
+            }
+            look();
+            for (const std::uint32_t id : mesh_.crossed) bisect(mesh_.edges[id], sample++);
+        }
+    }
+
+    glm::dvec3 on_edge(const Edge& edge, double share) const {
+        return glm::normalize((1.0 - share) * mesh_.directions[edge.a] + share * mesh_.directions[edge.b]);
+    }
+
+    /// sample: half way between the bounds.
+    void bisect(Edge& edge, std::uint32_t sample) const {
+        const double middle = 0.5 * (edge.low + edge.high);
+        if (same_source(mesh_.light[sample], mesh_.light[edge.a])) edge.low = middle;
+        else if (same_source(mesh_.light[sample], mesh_.light[edge.b])) edge.high = middle;
+        else edge.low = edge.high = middle;
+    }
+
+    /// Weighs the samples of an element.
+    /// Where all see the same, light is smooth: the three middles integrate a quadratic exactly, and the corners tell
+    /// the error. Where one corner is odd, a straight edge between the two crossings divides the element. Else each of
+    /// its four quarters has the mean of its corners, and the error is what edges do on average.
     void estimate(Element& element) const {
+        element.cut_normal = {};
         const double whole_sr = element.projected_solid_angle_sr;
         if (whole_sr == 0.0) return;
-        std::array<const IncomingLight*, 6> light{};
-        std::array<double, 6> density{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            const std::uint32_t middle = mesh_.edges[element.edges[k]].middle;
-            light[k] = &mesh_.light[element.corners[k]];
-            light[k + 3] = &mesh_.light[middle];
-            density[k] = density_at(element, element.corners[k]);
-            density[k + 3] = density_at(element, middle);
-        }
-        constexpr double corner_share = 1.0 / 12.0, middle_share = 1.0 / 4.0;
-        const double middles = density[3] + density[4] + density[5];
-        const double all = corner_share * (density[0] + density[1] + density[2]) + middle_share * middles;
-        double low = std::numeric_limits<double>::infinity(), high = 0.0, by_middles = 0.0, by_quarters = 0.0;
-        bool smooth = true;
-        for (std::size_t k = 0; k < 6; ++k) {
-            const double mean = light[k]->mean();
-            low = std::min(low, mean);
-            high = std::max(high, mean);
-            smooth = smooth && same_source(*light[k], *light[0]);
-            by_quarters += whole_sr * (k < 3 ? corner_share : middle_share) * density[k] / all * mean;
-            if (k >= 3) by_middles += whole_sr * density[k] / middles * mean;
-        }
-        for (std::size_t k = 0; k < 3; ++k) {
-            element.corner_weights_sr[k] = smooth ? 0.0 : whole_sr * corner_share * density[k] / all;
-            element.middle_weights_sr[k] =
-                whole_sr * density[k + 3] * (smooth ? 1.0 / middles : middle_share / all);
-        }
-        element.illuminance_lx = smooth ? by_middles : by_quarters;
-        element.error_lx = smooth ? std::abs(by_middles - by_quarters) : edge_error * whole_sr * (high - low);
-    }
-
-    /// Projected solid angle per area of the plane through the corners of an element, up to a factor: cos / r^2 times
-    /// an obliquity that is proportional to 1 / r, r being inverse to the height of the unit direction above
-    /// that plane's parallel through the point.
-    double density_at(const Element& element, std::uint32_t sample) const {
         const auto& [a, b, c] = element.corners;
         const glm::dvec3 plane_normal = glm::cross(mesh_.directions[c] - mesh_.directions[a],
                                                    mesh_.directions[b] - mesh_.directions[a]);
-        const double height = glm::dot(plane_normal, mesh_.directions[sample]);
-        return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * height * height * height;
+        // Projected solid angle per area of the plane through the corners, up to a factor: cos / r^2 times an obliquity
+        // that goes with 1 / r, where r is inverse to how far a unit direction reaches towards the plane.
+        const auto density_of = [&](std::uint32_t sample) {
+            const double reach = glm::dot(plane_normal, mesh_.directions[sample]);
+            return std::max(0.0, glm::dot(point_.normal, mesh_.directions[sample])) * reach * reach * reach;
+        };
+        std::array<const IncomingLight*, 6> light{};
+        std::array<double, 6> density{}, mean{};
+        bool smooth = true;
+        for (std::size_t k = 0; k < 6; ++k) {
+            const std::uint32_t sample = k < 3 ? element.corners[k] : mesh_.edges[element.edges[k - 3]].middle;
+            light[k] = &mesh_.light[sample];
+            density[k] = density_of(sample);
+            mean[k] = light[k]->mean();
+            smooth = smooth && same_source(*light[k], *light[0]);
+        }
+        const auto [low, high] = std::minmax_element(mean.begin(), mean.end());
+        constexpr double corner_share = 1.0 / 12.0, middle_share = 1.0 / 4.0;
+        const double middles = density[3] + density[4] + density[5];
+        const double all = corner_share * (density[0] + density[1] + density[2]) + middle_share * middles;
+        double by_quarters = 0.0;
+        for (std::size_t k = 0; k < 6; ++k) {
+            element.weights_sr[k] = whole_sr * (k < 3 ? corner_share : middle_share) * density[k] / all;
+            by_quarters += element.weights_sr[k] * mean[k];
+        }
+        element.error_lx = edge_error * whole_sr * (*high - *low);
+
+        const std::size_t odd = smooth ? 3 : odd_corner(element);
+        if (smooth) {
+            for (std::size_t k = 0; k < 6; ++k) element.weights_sr[k] = k < 3 ? 0.0 : whole_sr * density[k] / middles;
+        } else if (odd < 3) {
+            const Edge& edge_p = mesh_.edges[element.edges[odd]];
+            const Edge& edge_q = mesh_.edges[element.edges[(odd + 2) % 3]];
+            const double width_p = edge_p.high - edge_p.low, width_q = edge_q.high - edge_q.low;
+            if (width_p > 0.0 && width_q > 0.0 && width_p < 1.0 && width_q < 1.0) {
+                const std::uint32_t corner = element.corners[odd];
+                const double along_p = 0.5 * (edge_p.low + edge_p.high), along_q = 0.5 * (edge_q.low + edge_q.high);
+                const double s = edge_p.a == corner ? along_p : 1.0 - along_p;
+                const double t = edge_q.a == corner ? along_q : 1.0 - along_q;
+                const double p = density[(odd + 1) % 3], q = density[(odd + 2) % 3];
+                const double odd_density = density[odd] + (s * (p - density[odd]) + t * (q - density[odd])) / 3.0;
+                const double odd_share = std::min(1.0, s * t * odd_density / ((density[odd] + p + q) / 3.0));
+                std::array<bool, 6> is_odd{};
+                double odd_count = 0.0;
+                for (std::size_t k = 0; k < 6; ++k) {
+                    is_odd[k] = same_source(*light[k], *light[odd]);
+                    odd_count += is_odd[k] ? 1.0 : 0.0;
+                }
+                for (std::size_t k = 0; k < 6; ++k) {
+                    element.weights_sr[k] =
+                        whole_sr * (is_odd[k] ? odd_share / odd_count : (1.0 - odd_share) / (6.0 - odd_count));
+                }
+                const glm::dvec3 normal = glm::cross(on_edge(edge_p, along_p), on_edge(edge_q, along_q));
+                const double side = glm::dot(normal, mesh_.directions[corner]) < 0.0 ? -1.0 : 1.0;
+                element.cut_normal = side / glm::length(normal) * normal;
+                element.odd = corner;
+                element.error_lx = whole_sr * (*high - *low) *
+                                   std::sqrt((width_p * width_p * t * t + width_q * width_q * s * s) / 12.0 +
+                                             bent_error * bent_error);
+            }
+        }
+        element.illuminance_lx = 0.0;
+        for (std::size_t k = 0; k < 6; ++k) element.illuminance_lx += element.weights_sr[k] * mean[k];
+        if (smooth) element.error_lx = std::abs(element.illuminance_lx - by_quarters);
+    }
+
+    /// The probe inside, or points of an edge that a neighbour has looked at since it was divided, may tell that an
+    /// edge runs otherwise than the six samples made believe.
+    void learn_from_other_samples(Element& element) const {
+        const bool cut = element.cut_normal != glm::dvec3{};
+        const auto learn_from = [&](std::uint32_t sample) {
+            std::uint32_t alike = element.corners[0];
+            if (cut) {
+                const double side = glm::dot(element.cut_normal, mesh_.directions[sample]);
+                const double margin = crossing_width * glm::length(mesh_.directions[element.corners[1]] -
+                                                                   mesh_.directions[element.corners[0]]);
+                if (std::abs(side) < margin) return;
+                alike = side > 0.0                           ? element.odd
+                        : element.odd == element.corners[0] ? element.corners[1]
+                                                            : element.corners[0];
+            }
+            const IncomingLight& expected = mesh_.light[alike];
+            const IncomingLight& found = mesh_.light[sample];
+            if (same_source(expected, found)) return;
+            const double step = std::abs(found.mean() - expected.mean());
+            element.error_lx = std::max(element.error_lx, edge_error * element.projected_solid_angle_sr * step);
+        };
+        if (element.probe != AdaptiveScratch::none) learn_from(element.probe);
+        const auto learn_from_parts_of = [&](const auto& self, std::uint32_t edge) -> void {
+            const std::uint32_t halves = mesh_.edges[edge].halves;
+            if (halves == AdaptiveScratch::none) return;
+            for (const std::uint32_t half : {halves, halves + 1}) {
+                learn_from(mesh_.edges[half].middle);
+                self(self, half);
+            }
+        };
+        for (const std::uint32_t edge : element.edges) learn_from_parts_of(learn_from_parts_of, edge);
     }
 
     /// Divides in four the elements that matter most; false when there is no need, or no budget.
@@ -287,17 +461,22 @@ private:
         const std::uint32_t ab = mesh_.edges[edge_ab].middle, bc = mesh_.edges[edge_bc].middle,
                             ca = mesh_.edges[edge_ca].middle;
         const std::uint32_t at_a = add_edge(ca, ab), at_b = add_edge(ab, bc), at_c = add_edge(bc, ca);
-        Element part = whole;
-        part.corners = {ab, bc, ca};
-        part.edges = {at_b, at_c, at_a};
-        measure(part);
-        mesh_.elements[position] = part;
-        mesh_.fresh.push_back(position);
-        const auto add = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
-            part.corners = corners;
-            part.edges = edges;
-            mesh_.fresh.push_back(add_element(part));
+        const auto part = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
+            Element element = whole;
+            element.corners = corners;
+            element.edges = edges;
+            if (whole.probe != AdaptiveScratch::none && !contains(element, whole.probe)) {
+                element.probe = AdaptiveScratch::none;
+            }
+            measure(element);
+            return element;
         };
+        const auto add = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
+            mesh_.fresh.push_back(static_cast<std::uint32_t>(mesh_.elements.size()));
+            mesh_.elements.push_back(part(corners, edges));
+        };
+        mesh_.elements[position] = part({ab, bc, ca}, {at_b, at_c, at_a});
+        mesh_.fresh.push_back(position);
         add({a, ab, ca}, {half_of(edge_ab, a), at_a, half_of(edge_ca, a)});
         add({ab, b, bc}, {half_of(edge_ab, b), half_of(edge_bc, b), at_b});
         add({ca, bc, c}, {at_c, half_of(edge_bc, c), half_of(edge_ca, c)});
@@ -307,8 +486,8 @@ private:
         SkyAndOutdoors sum;
         for (const Element& element : mesh_.elements) {
             for (std::size_t k = 0; k < 3; ++k) {
-                sum.add(element.corner_weights_sr[k], mesh_.light[element.corners[k]]);
-                sum.add(element.middle_weights_sr[k], mesh_.light[mesh_.edges[element.edges[k]].middle]);
+                sum.add(element.weights_sr[k], mesh_.light[element.corners[k]]);
+                sum.add(element.weights_sr[k + 3], mesh_.light[mesh_.edges[element.edges[k]].middle]);
             }
         }
         return sum;

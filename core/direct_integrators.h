@@ -62,25 +62,36 @@ struct AdaptiveScratch {
     struct Edge {
         std::uint32_t a = 0, b = 0, middle = 0;
         std::uint32_t halves = none;  ///< first of two edges: from a to the middle, and on to b
+        /// Where along the edge, from 0 to 1, what a sees gives way to what b sees; low = high when it is more involved.
+        double low = 0.0, high = 1.0;
     };
     /// A triangle, counter-clockwise; edge k goes from corner k to corner k + 1, in either direction. Neighbours share
     /// edges, and so samples.
     struct Element {
         std::array<std::uint32_t, 3> corners{}, edges{};
-        std::size_t aperture = 0;
-        double scale = 1.0;  ///< makes up for what the inset of the samples took from the aperture
+        std::uint32_t probe = none;  ///< a sample anywhere inside, which only tells whether something is there
         double projected_solid_angle_sr = 0.0;
-        std::array<double, 3> corner_weights_sr{}, middle_weights_sr{};
+        std::array<double, 6> weights_sr{};  ///< of the samples at the corners and at the middles of the edges
+        glm::dvec3 cut_normal{};             ///< of the plane of the edge that cuts off corner `odd`, towards it; or 0
+        std::uint32_t odd = 0;
         double illuminance_lx = 0.0;  ///< mean of the bands
         double error_lx = 0.0;
     };
+    /// A convex part of an aperture as far as it is in front of the point, above or below its horizon.
+    struct View {
+        std::size_t aperture = 0;
+        glm::dvec3 inside{};  ///< a direction well inside
+    };
+    std::vector<View> views;
     std::vector<Element> elements;
     std::vector<Edge> edges;
-    std::vector<glm::dvec3> directions;   ///< of the samples; unit
-    std::vector<std::size_t> apertures;   ///< [samples]
-    std::vector<FacetId> seen;            ///< [samples]
-    std::vector<IncomingLight> light;     ///< [samples]
+    std::vector<glm::dvec3> directions;  ///< of the samples; unit
+    std::vector<std::uint32_t> view_of;  ///< [samples]
+    std::vector<glm::dvec3> rays;        ///< [samples], directions drawn off the outline of the view; unit
+    std::vector<FacetId> seen;           ///< [samples]
+    std::vector<IncomingLight> light;    ///< [samples]
     std::vector<std::uint32_t> fresh;     ///< elements to be estimated
+    std::vector<std::uint32_t> crossed;   ///< edges on which a crossing is looked for
     std::vector<std::uint32_t> order;
     std::vector<glm::dvec3> polygon, clipped, half;
 };

@@ -40,26 +40,38 @@ std::size_t find_bad_byte(std::string_view text) {
     return std::string_view::npos;
 }
 
-/// At most `limit` characters of a UTF-8 text, "..." appended if some are left out.
-std::string shortened(std::string_view text, std::size_t limit) {
+/// The first 60 characters of a UTF-8 text, "..." appended if some are left out; control characters become
+/// "?".
+std::string fit_for_message(std::string_view text) {
+    constexpr std::size_t longest = 60;
     std::size_t end = 0;
-    for (std::size_t count = 0; end < text.size() && count < limit; ++count) {
+    for (std::size_t count = 0; end < text.size() && count < longest; ++count) {
         ++end;
         while (end < text.size() && is_continuation(text[end]))
             ++end;
     }
-    return std::string(text.substr(0, end)) + (end < text.size() ? "..." : "");
+    std::string result(text.substr(0, end));
+    for (char& c : result) {
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    }
+    return end < text.size() ? result + "..." : result;
+}
+
+/// RFC 6901: "~" and "/" of a key are written "~0" and "~1" in a path.
+std::string path_part(std::string_view key) {
+    std::string part;
+    for (const char c : fit_for_message(key)) {
+        if (c == '~') part += "~0";
+        if (c == '/') part += "~1";
+        if (c != '~' && c != '/') part += c;
+    }
+    return part;
 }
 
 }  // namespace
 
 std::string in_quotes(std::string_view text) {
-    constexpr std::size_t longest_shown = 60;
-    std::string result = "\"" + shortened(text, longest_shown) + "\"";
-    for (char& c : result) {
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-    }
-    return result;
+    return '"' + fit_for_message(text) + '"';
 }
 
 /// Receives nlohmann's events and follows the text in step with them, so that each event finds its place.
@@ -114,7 +126,9 @@ public:
                                     token_at(cursor_)));
         }
         const std::string expected = skip_to_fault();
-        if (const std::string reason = lexical_reason(fault.what()); !reason.empty()) {
+        if (const std::string reason = lexical_reason(fault.what()); reason.starts_with("invalid comment")) {
+            refuse(reason + " (comments are // to the end of the line, or /* */)");
+        } else if (!reason.empty()) {
             refuse(fmt::format("{} ({} is expected here)", reason, expected));
         }
         if (cursor_ == document_.text_.size()) {
@@ -219,6 +233,11 @@ private:
         return true;
     }
 
+    bool at_closing_bracket() const {
+        return cursor_ < document_.text_.size() &&
+               (document_.text_[cursor_] == '}' || document_.text_[cursor_] == ']');
+    }
+
     /// Moves to the token that does not fit and returns what would.
     std::string skip_to_fault() {
         skip_blanks_and_comments();
@@ -229,7 +248,8 @@ private:
         const std::string item = in_object ? "a key in double quotes" : "a value";
         const std::string bracket = in_object ? "\"}\"" : "\"]\"";
         if (state_ == State::after_opening) return item + " or " + bracket;
-        return skip(',') ? item : "\",\" or " + bracket;
+        if (!skip(',')) return "\",\" or " + bracket;
+        return at_closing_bracket() ? item + " or no comma before it" : item;
     }
 
     /// nlohmann's reason why characters do not form a token, e.g. "invalid string: missing closing quote";
@@ -293,12 +313,7 @@ std::string JsonDocument::path_to(std::uint32_t node) const {
                 child = nodes_[value].end;
                 continue;
             }
-            path += '/';
-            if (!is_object) path += std::to_string(i);
-            if (is_object) {
-                for (const char c : strings_[nodes_[child].text])
-                    path += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-            }
+            path += '/' + (is_object ? path_part(strings_[nodes_[child].text]) : std::to_string(i));
             if (child == node) return path;  // a key stands for its member
             container = value;
             break;

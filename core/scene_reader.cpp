@@ -114,34 +114,16 @@ Material read_surface(const std::string& name, const SceneObject& object, Primar
     return material;
 }
 
-/// Transmittance at normal incidence of clear, lossless panes behind each other: what reflection alone
-/// leaves. Each of the 2 n faces reflects r; (1 - r) / (1 + (2 n - 1) r) passes when all reflections between
-/// them count.
-double lossless_transmittance(int panes) {
-    constexpr double n = 1.52;  // AngularLaw::fresnel
-    constexpr double r = (n - 1) * (n - 1) / ((n + 1) * (n + 1));
-    return (1.0 - r) / (1.0 + (2 * panes - 1) * r);
-}
-
 Glazing read_glazing(const std::string& name, const JsonValue& value) {
     const SceneObject object(value, scene_keys::glazing);
     Glazing glazing{.name = name};
-    const JsonValue transmittance = object.at("normal_transmittance");
-    glazing.normal_transmittance = read_bands(transmittance, share_range);
+    glazing.normal_transmittance = read_bands(object.at("normal_transmittance"), share_range);
     glazing.panes = read_integer(object, "panes", {1, 4}, glazing.panes);
     if (const auto law = object.find("angular_law")) {
         glazing.angular_law = read_word<AngularLaw>(*law, {{"fresnel", AngularLaw::fresnel},
                                                            {"mitalas", AngularLaw::mitalas},
                                                            {"rivero", AngularLaw::rivero},
                                                            {"constant", AngularLaw::constant}});
-    }
-    const double lossless = lossless_transmittance(glazing.panes);
-    if (glazing.angular_law == AngularLaw::fresnel && largest(glazing.normal_transmittance) > lossless) {
-        transmittance.refuse(
-            fmt::format("{} is more than {} uncoated pane{} can transmit (at most {:.3f} with angular_law "
-                        "\"fresnel\"; \"mitalas\" scales to any value)",
-                        largest(glazing.normal_transmittance), glazing.panes, glazing.panes == 1 ? "" : "s",
-                        std::floor(lossless * 1000) / 1000));
     }
     if (const auto inner = object.find("inner_reflectance"))
         glazing.inner_reflectance = read_bands(*inner, reflectance_range);
@@ -163,8 +145,9 @@ Names read_materials(const JsonValue& value, Scene& scene) {
         for (const std::string_view kind : {"reflectance", "xyY", "rgb", "glazing"})
             descriptions += object.has(kind);
         if (descriptions != 1) {
-            object.refuse(fmt::format(
-                "{} of reflectance, xyY, rgb and glazing are given (exactly one is needed)", descriptions));
+            object.refuse(
+                fmt::format("{} of reflectance, xyY, rgb and glazing is given (exactly one is needed)",
+                            descriptions == 0 ? "none" : "more than one"));
         }
         if (const auto glazing = object.find("glazing")) {
             if (const auto exitance = object.find("exitance_lm_m2")) {
@@ -393,12 +376,10 @@ Site read_site(const JsonValue& value) {
     const SceneObject object(value, scene_keys::site);
     Site site;
     if (const auto latitude = object.find("latitude_deg")) {
-        site.latitude_rad =
-            radians_from_degrees(read_number(*latitude, {-90.0, 90.0, "degrees, north positive"}));
+        site.latitude_rad = radians_from_degrees(read_number(*latitude, {-90.0, 90.0, "degrees north"}));
     }
     if (const auto longitude = object.find("longitude_deg")) {
-        site.longitude_rad =
-            radians_from_degrees(read_number(*longitude, {-180.0, 180.0, "degrees, east positive"}));
+        site.longitude_rad = radians_from_degrees(read_number(*longitude, {-180.0, 180.0, "degrees east"}));
     }
     if (const auto zone = object.find("time_zone_h")) {
         site.time_zone_h = read_number(*zone, {-12.0, 14.0, "hours east of Greenwich"});

@@ -32,12 +32,43 @@ Medium medium_of(const Scene& scene, const dvec3& point_m) {
     return rooms_of_polygons && medium == Medium::outdoor_air ? Medium::indoor_air : medium;
 }
 
-// Points of a grid over one room: as many as fit at the spacing, centred.
-std::vector<double> centred_row(double low_m, double high_m, double spacing_m) {
-    const auto count = static_cast<std::size_t>(std::floor((high_m - low_m) / spacing_m + 1e-9)) + 1;
-    const double first = 0.5 * (low_m + high_m - static_cast<double>(count - 1) * spacing_m);
+struct Extent {
+    double low_m, high_m;
+};
+
+// The extent of a room along y where it is at least half as wide as where it is widest: alcoves and window reveals shall
+// not shift the grid of the room.
+Extent main_extent(const Region& room, const PlaneFrame& plane) {
+    std::vector<ClipperLib::cInt> levels;
+    ClipperLib::cInt left = room[0][0].X, right = left;
+    for (const Ring& ring : room) {
+        for (const PlanePoint& p : ring) {
+            levels.push_back(p.Y);
+            left = std::min(left, p.X), right = std::max(right, p.X);
+        }
+    }
+    std::sort(levels.begin(), levels.end());
+    std::vector<double> width(levels.size(), 0.0);  // mean width from one level to the next
+    for (std::size_t i = 0; i + 1 < levels.size(); ++i) {
+        const double height_m = static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre;
+        if (height_m < 1e-6) continue;
+        const Ring strip{{left, levels[i]}, {right, levels[i]}, {right, levels[i + 1]}, {left, levels[i + 1]}};
+        width[i] = area_m2(intersect(room, {strip})) / height_m;
+    }
+    const double widest = *std::max_element(width.begin(), width.end());
+    std::size_t first = 0, last = width.size() - 1;
+    while (width[first] < 0.5 * widest) ++first;
+    while (width[last] < 0.5 * widest) --last;
+    return {plane.to_world({0, levels[first]}).y, plane.to_world({0, levels[last + 1]}).y};
+}
+
+// Coordinates of a grid: as many as fit into `main` at the spacing, centred, and on from there over all of `whole`.
+std::vector<double> centred_row(const Extent& main, const Extent& whole, double spacing_m) {
+    const double steps = std::floor((main.high_m - main.low_m) / spacing_m + 1e-9);
+    const double anchor = 0.5 * (main.low_m + main.high_m - steps * spacing_m);
     std::vector<double> row;
-    for (std::size_t i = 0; i < count; ++i) row.push_back(first + static_cast<double>(i) * spacing_m);
+    const double before = std::floor((anchor - whole.low_m) / spacing_m + 1e-9);
+    for (double k = -before; anchor + k * spacing_m <= whole.high_m + 1e-9; k += 1.0) row.push_back(anchor + k * spacing_m);
     return row;
 }
 
@@ -47,10 +78,20 @@ std::vector<dvec3> grid_points(const Scene& scene, const SensorGrid& grid) {
     Region region = indoor_air_at_height(scene, grid.z_m);
     if (grid.margin_m > 0.0) region = offset(region, -grid.margin_m);
     for (const Region& room : connected_parts(region)) {
+        Region transposed;
         dvec3 low(1e9), high(-1e9);
-        for (const PlanePoint& p : room.front()) low = min(low, plane.to_world(p)), high = max(high, plane.to_world(p));
-        for (const double y : centred_row(low.y, high.y, grid.spacing_m)) {
-            for (const double x : centred_row(low.x, high.x, grid.spacing_m)) {
+        for (const Ring& ring : room) {
+            Ring swapped;
+            for (const PlanePoint& p : ring) {
+                low = min(low, plane.to_world(p)), high = max(high, plane.to_world(p));
+                swapped.emplace_back(p.Y, p.X);
+            }
+            ClipperLib::ReversePath(swapped);
+            transposed.push_back(std::move(swapped));
+        }
+        const auto columns = centred_row(main_extent(transposed, plane), {low.x, high.x}, grid.spacing_m);
+        for (const double y : centred_row(main_extent(room, plane), {low.y, high.y}, grid.spacing_m)) {
+            for (const double x : columns) {
                 const dvec3 point(x, y, grid.z_m);
                 if (contains(room, plane.to_plane(point))) points.push_back(point);
             }

@@ -88,7 +88,7 @@ std::optional<std::size_t> hole_of(std::size_t ring) {
 
 std::optional<std::string> find_corner_fault(const std::vector<dvec3>& ring) {
     if (ring.size() < 3) {
-        return fmt::format("{} {} (a polygon needs at least 3)", ring.size(),
+        return fmt::format("it has {} {} (a polygon needs at least 3)", ring.size(),
                            ring.size() == 1 ? "vertex" : "vertices");
     }
     if (glm::length(ring.back() - ring.front()) < touch_m) {
@@ -159,7 +159,7 @@ std::optional<PolygonFault> find_polygon_fault(const std::vector<dvec3>& vertice
     }
     if (vertex_count > max_polygon_vertices) {
         return PolygonFault{std::nullopt,
-                            fmt::format("{} vertices with the holes (at most {}: divide the polygon)",
+                            fmt::format("it has {} vertices with the holes (at most {}: divide the polygon)",
                                         vertex_count, max_polygon_vertices)};
     }
     for (std::size_t r = 0; r < rings.size(); ++r) {

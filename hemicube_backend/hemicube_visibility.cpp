@@ -27,6 +27,9 @@ constexpr std::size_t plane_count = 5;
 /// Rows of a picture that one task draws.
 constexpr std::size_t picture_band_rows = 32;
 
+/// No building is larger; keeps points under cells finite, m.
+constexpr double farthest_m = 1e6;
+
 std::string_view surface_name(ProjectionSurface surface) {
     switch (surface) {
         case ProjectionSurface::hemicube:
@@ -388,8 +391,9 @@ private:
         double lost = 0.0;
         for (int next = begin; begin < end; begin = next) {
             const double x = centres[begin];
-            const PatchId patch =
-                grid_.patch_at(face, eye_m + (1 / (w_0 + w_x * x)) * (row_direction + x * axes.right));
+            // Farther than farthest_m only by rounding, where a facet is seen almost edge-on.
+            const double depth_m = 1 / std::max(w_0 + w_x * x, 1 / farthest_m);
+            const PatchId patch = grid_.patch_at(face, eye_m + depth_m * (row_direction + x * axes.right));
             if (patch == PatchId::none) {
                 next = begin + 1;
                 lost += cells.weight(row, begin, next);

@@ -10,11 +10,15 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Facets are drawn wider by this share of the plane's extent, about 1e-7 of a cell. Rounding moves an edge
-/// less than that (1e-16, up to 1e7 times magnified where an edge is seen almost along itself), so that no
-/// cell is lost between facets that share an edge, even where only a part of it is an edge of the other (a
-/// T-junction). A cell drawn by both keeps the nearer one.
-constexpr double widening = 1e-9;
+/// Facets are drawn wider by this, so that no cell is lost between facets that share an edge, even where only
+/// a part of it is an edge of the other (a T-junction). Geometry is rounded to 1 nm, so that cracks are a few
+/// nm wide. A cell drawn by both keeps the nearer one. Facets seen from behind are drawn narrower instead:
+/// the back of a solid must not show along its outline.
+constexpr double crack_m = 1e-8;
+
+/// A pointed facet gets no spikes by being drawn wider: it ends at this distance from its bounds, as a share
+/// of the extent.
+constexpr double spike = 1e-6;
 
 struct Interval {
     double begin = infinity, end = -infinity;
@@ -96,28 +100,28 @@ void ItemBuffer::draw_facet(const FacetsAround::Entry& entry, std::span<const gl
     const std::span<const double> first_lines = cells.lines_of(0);
     const double x_extent = std::max(-first_lines.front(), first_lines.back());
     const double y_extent = std::max(-cells.row_lines.front(), cells.row_lines.back());
-    if (bounds.x.begin > first_lines.back() + widening * x_extent) return;
-    if (bounds.x.end < first_lines.front() - widening * x_extent) return;
+    if (bounds.x.begin > first_lines.back() || bounds.x.end < first_lines.front()) return;
 
     // Rows whose centre the facet may cover.
     const double* const y = cells.row_centres.data();
-    int begin = static_cast<int>(
-        std::lower_bound(y + row_begin_, y + row_end, bounds.y.begin - widening * y_extent) - y);
-    int end =
-        static_cast<int>(std::upper_bound(y + begin, y + row_end, bounds.y.end + widening * y_extent) - y);
+    const double* const first_row =
+        std::lower_bound(y + row_begin_, y + row_end, bounds.y.begin - spike * y_extent);
+    int begin = static_cast<int>(first_row - y);
+    int end = static_cast<int>(std::upper_bound(first_row, y + row_end, bounds.y.end + spike * y_extent) - y);
     if (begin >= end) return;
 
     // A direction (x, y, 1) meets the facet if it lies inside the plane through the viewpoint and each edge:
     // g_x x + g_y y + g_1 >= 0, g = the cross product of the edge's ends. Such an edge bounds a row from one
     // side.
     double *const left = left_.data(), *const right = right_.data();
-    std::fill(left + begin, left + end, -infinity);
-    std::fill(right + begin, right + end, infinity);
+    std::fill(left + begin, left + end, bounds.x.begin - spike * x_extent);
+    std::fill(right + begin, right + end, bounds.x.end + spike * x_extent);
     for (std::size_t k = 0; k < corners_.size(); ++k) {
-        const glm::dvec3 g =
-            entry.winding * glm::cross(corners_[k], corners_[k + 1 < corners_.size() ? k + 1 : 0]);
+        const glm::dvec3 &a = corners_[k], &b = corners_[k + 1 < corners_.size() ? k + 1 : 0];
+        const glm::dvec3 g = entry.winding * glm::cross(a, b);
         const double size = std::abs(g.x) * x_extent + std::abs(g.y) * y_extent + std::abs(g.z);
-        const double constant = g.z + widening * size;
+        const double margin = crack_m * glm::distance(a, b) * (x_extent + y_extent + 1);
+        const double constant = entry.from_behind ? g.z - margin : g.z + margin;
         if (std::abs(g.x) * x_extent <= 1e-14 * size) {  // along the rows: in or out as a whole
             while (begin < end && g.y * y[begin] + constant < 0)
                 ++begin;

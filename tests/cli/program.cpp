@@ -114,9 +114,9 @@ const std::string_view small_room = R"({
     {"id": "eye, \"left\"", "points": [[2, 3, 1.2, 0, -1, 0]]}
   ],
   "views": [
-    {"id": "../escape", "kind": "perspective", "from": [2, 3, 1.5], "to": [2, 0, 1.5], "fov_deg": 70,
+    {"id": "to: window", "kind": "perspective", "from": [2, 3, 1.5], "to": [2, 0, 1.5], "fov_deg": 70,
      "width": 32, "height": 24},
-    {"id": "..:escape", "kind": "perspective", "from": [2, 1, 1.5], "to": [2, 3, 1], "fov_deg": 70,
+    {"id": "to? Window", "kind": "perspective", "from": [2, 1, 1.5], "to": [2, 3, 1], "fov_deg": 70,
      "width": 32, "height": 24}
   ]
 })";

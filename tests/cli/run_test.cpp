@@ -75,8 +75,8 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
     std::vector<std::string> expected;
     for (const std::string& backend : backends)
         for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "summary.json", "timings.json",
-                                 "views/_.._escape.exr", "views/_.._escape.png", "views/_.._escape_2.exr",
-                                 "views/_.._escape_2.png"})
+                                 "views/to__window.exr", "views/to__window.png", "views/to__Window_2.exr",
+                                 "views/to__Window_2.png"})
             expected.push_back(backend + "/" + name);
     if (backends.size() > 1) expected.push_back("hemicube_minus_embree.json");
     std::ranges::sort(expected);
@@ -156,16 +156,17 @@ TEST_CASE("the summary's statistics are those of the table of sensors", "[cli]")
 
 TEST_CASE("files have the same bytes for any number of threads and on a second run", "[cli]") {
     const SmallRoom room;
-    const std::string backend = GENERATE(from_range(backend_names()));
-    INFO(backend);
+    const auto backends = backend_names();
     std::map<std::string, std::string> first;
     for (const char* threads : {"1", "2", "3", "2"}) {
         INFO(threads << " threads");
-        const Outcome outcome = room.run({"--backend", backend, "--threads", threads});
+        const Outcome outcome =
+            room.run({"--backend", backends.size() > 1 ? "both" : backends.front(), "--threads", threads});
         INFO(outcome.errors);
         REQUIRE(outcome.exit_code == 0);
         auto files = files_below(room.out());
-        REQUIRE(files.erase(backend + "/timings.json") == 1);
+        for (const std::string& backend : backends)
+            REQUIRE(files.erase(backend + "/timings.json") == 1);
         if (first.empty()) {
             first = files;
             // Time stamps count seconds: a second run in the same one would prove nothing about them.

@@ -1,0 +1,62 @@
+#include "core/sensors.h"
+
+#include <glm/geometric.hpp>
+
+#include "tests/catch.h"
+#include "tests/random_scenes.h"
+
+using namespace naturel;
+using namespace naturel::tests;
+using Catch::Matchers::WithinAbs;
+using glm::dvec3;
+
+namespace {
+
+std::vector<Sensor> sensors_of(Scene scene, SensorGrid grid) {
+    scene.sensors = {{.id = "plane", .grid = grid}};
+    return place_sensors(scene, assemble(scene));
+}
+
+}  // namespace
+
+TEST_CASE("a sensor grid keeps its margin and is centred in the room", "[core][sensors]") {
+    const auto sensors = sensors_of(closed_room({4, 5.2, 3}), {.z_m = 0.85, .spacing_m = 0.5, .margin_m = 0.5});
+    REQUIRE(sensors.size() == 7 * 9);
+    CHECK(glm::distance(sensors.front().point.position_m, dvec3(0.5, 0.6, 0.85)) < 1e-8);
+    CHECK(glm::distance(sensors.back().point.position_m, dvec3(3.5, 4.6, 0.85)) < 1e-8);
+    CHECK(sensors.front().id == "plane/1");
+    for (const Sensor& sensor : sensors) CHECK((sensor.medium == Medium::indoor_air));
+}
+
+TEST_CASE("a window reveal does not shift the sensor grid", "[core][sensors]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.6, 0.5}, {3, 0, 2}));
+    const auto sensors = sensors_of(scene, {.z_m = 0.85, .spacing_m = 0.5, .margin_m = 0.5});
+    REQUIRE(sensors.size() == 7 * 9);
+    CHECK(glm::distance(sensors.front().point.position_m, dvec3(0.5, 0.5, 0.85)) < 1e-8);
+}
+
+TEST_CASE("sensor grids leave out what stands in the room and cover every room", "[core][sensors]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.polyhedra.push_back(box("pillar", Effect::fill, {1.8, 2.3, 0}, {2.2, 2.7, 3}));
+    CHECK(sensors_of(scene, {.z_m = 0.85, .spacing_m = 0.5, .margin_m = 0.5}).size() == 7 * 9 - 9);  // the pillar and 0.5 m around it
+    Scene two = empty_scene();
+    two.polyhedra = {box("building", Effect::fill, {-1, -1, 0}, {12, 6, 4}), box("west", Effect::carve, {0, 0, 0}, {4, 5, 3}),
+                     box("east", Effect::carve, {6, 0, 0}, {10, 5, 3})};
+    CHECK(sensors_of(two, {.z_m = 0.85, .spacing_m = 0.5, .margin_m = 0.5}).size() == 2 * 7 * 9);
+    CHECK(sensors_of(two, {.z_m = 3.5, .spacing_m = 0.5, .margin_m = 0.5}).empty());
+    CHECK(sensors_of(two, {.z_m = 0.85, .spacing_m = 0.5, .margin_m = 2.1}).empty());
+}
+
+TEST_CASE("a sensor on a surface is lifted off it and knows what surrounds it", "[core][sensors]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.sensors = {{.id = "p",
+                      .points = {{{2, 2, 0}, {0, 0, 1}}, {{0, 1, 1}, {1, 0, 0}}, {{2, 2, 3.1}, {0, 0, 1}}, {{9, 9, 1}, {0, 0, 1}}}}};
+    const auto sensors = place_sensors(scene, assemble(scene));
+    REQUIRE(sensors.size() == 4);
+    CHECK_THAT(sensors[0].point.position_m.z, WithinAbs(1e-5, 1e-12));
+    CHECK_THAT(sensors[1].point.position_m.x, WithinAbs(1e-5, 1e-12));
+    CHECK((sensors[0].medium == Medium::indoor_air));
+    CHECK((sensors[2].medium == Medium::solid));
+    CHECK((sensors[3].medium == Medium::outdoor_air));
+}
