@@ -39,8 +39,8 @@ struct Place {
 
     std::vector<FormFactorRow> rows() const {
         std::vector<FormFactorRow> all(grid.gather_patch_count);
-        for (std::size_t i = 0; i < all.size(); ++i)
-            visibility->form_factor_row(make_id<PatchId>(i), all[i]);
+        parallel_for(all.size(), 1,
+                     [&](std::size_t i) { visibility->form_factor_row(make_id<PatchId>(i), all[i]); });
         return all;
     }
 
@@ -128,7 +128,7 @@ TEST_CASE("every row is well formed and accounts for all light", "[visibility][e
     const Backend backend = GENERATE(from_range(all_backends()));
     const std::uint64_t seed = GENERATE(1u, 2u, 3u);
     INFO(backend.name << ", seed " << seed);
-    const Place place(furnished_room(seed), 0.5, backend);
+    const Place place(furnished_room(seed), 1.0, backend);
     std::size_t bad = 0;
     for (std::size_t i = 0; i < place.grid.gather_patch_count; ++i) {
         FormFactorRow row;
@@ -150,9 +150,9 @@ TEST_CASE("every row is well formed and accounts for all light", "[visibility][e
 
 TEST_CASE("a closed room loses no light", "[visibility][embree][property]") {
     const Backend backend = GENERATE(from_range(all_backends()));
-    const std::uint64_t seed = GENERATE(range(1u, 9u));
+    const std::uint64_t seed = GENERATE(range(1u, 7u));
     INFO(backend.name << ", seed " << seed);
-    const Place place(furnished_room(seed), 0.5, backend);
+    const Place place(furnished_room(seed), 1.0, backend);
     double lost = 0.0, area = 0.0;
     const std::vector<FormFactorRow> rows = place.rows();
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -234,7 +234,7 @@ TEST_CASE("exchanges between whole faces are reciprocal", "[visibility][embree][
     const Backend backend = GENERATE(from_range(all_backends()));
     const std::uint64_t seed = GENERATE(1u, 4u);
     INFO(backend.name << ", seed " << seed);
-    const Place place(furnished_room(seed), 0.25, backend);
+    const Place place(furnished_room(seed), 0.5, backend);
     const std::size_t faces = place.building.faces.size();
     std::vector<double> exchange(faces * faces), truncated(faces);
     const std::vector<FormFactorRow> rows = place.rows();
@@ -440,7 +440,7 @@ TEST_CASE("what is seen does not depend on where the building stands", "[visibil
     for (Polyhedron& p : far.polyhedra)
         for (dvec3& v : p.vertices_m)
             v += offset;
-    const Place here(near, 0.5, backend), there(far, 0.5, backend);
+    const Place here(near, 1.0, backend), there(far, 1.0, backend);
     REQUIRE(here.grid.gather_patch_count == there.grid.gather_patch_count);
     const std::vector<FormFactorRow> a = here.rows(), b = there.rows();
     double different = 0.0;
@@ -466,10 +466,8 @@ TEST_CASE("rows have the same bits for any number of threads", "[visibility][emb
     for (const int threads : {1, 2, 3, 8}) {
         INFO(threads << " threads");
         const ThreadLimit limit(threads);
-        const Place place(scene, 0.5, backend);
-        std::vector<FormFactorRow> rows(place.grid.gather_patch_count);
-        parallel_for(rows.size(), 1,
-                     [&](std::size_t i) { place.visibility->form_factor_row(make_id<PatchId>(i), rows[i]); });
+        const Place place(scene, 1.0, backend);
+        const std::vector<FormFactorRow> rows = place.rows();
         if (threads == 1) first = rows;
         bool equal = true;
         for (std::size_t i = 0; i < rows.size(); ++i)
@@ -483,7 +481,7 @@ TEST_CASE("repaired form factors of any method conserve flux",
           "[visibility][embree][form_factors][property]") {
     const Backend backend = GENERATE(from_range(all_backends()));
     INFO(backend.name);
-    const Place place(furnished_room(7), 0.5, backend);
+    const Place place(furnished_room(7), 1.0, backend);
     NoProgress quiet;
     const FormFactors f = compute_form_factors(*place.visibility, place.grid, {}, quiet);
     std::vector<double> arriving(f.row_count());

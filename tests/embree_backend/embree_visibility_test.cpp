@@ -127,8 +127,8 @@ TEST_CASE("no light leaks from the corners of a crooked room", "[embree]") {
     }
     CHECK(worst == 0.0);
 
-    // On the very edge of the room rounding to float decides the side of the wall. Rays that graze the wall within 1/64
-    // of its plane, a few of 1000, may stay behind it.
+    // On the very edge of the room rounding to float decides the side of the wall. Rays that graze the wall
+    // within 1/64 of its plane, a few of 1000, may stay behind it.
     double worst_on_edge = 0.0;
     for (int k = 1; k < 100; ++k) {
         visibility->gather_row({corner + 0.041 * k * a, c}, row);
