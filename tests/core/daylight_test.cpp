@@ -40,8 +40,8 @@ Scene room_with_window() {
     Scene scene = closed_room({4, 5, 3}, 0.5, 0.3);
     scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.5, 1.2}, {3, 0, 2.4}));
     scene.polyhedra.push_back(box("desk", Effect::fill, {1, 1.5, 1.0}, {2.5, 2.3, 1.05}));
-    scene.grid = {.spacing_m = 0.8, .outdoor_spacing_m = 2.0};
-    scene.sensors = {{.id = "plane", .grid = SensorGrid{.z_m = 1.15, .spacing_m = 1.0, .margin_m = 0.5}}};
+    scene.grid = {.spacing_m = 1.0, .outdoor_spacing_m = 3.0};
+    scene.sensors = {{.id = "plane", .grid = SensorGrid{.z_m = 1.15, .spacing_m = 2.0, .margin_m = 0.5}}};
     return scene;
 }
 

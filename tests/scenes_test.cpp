@@ -1,0 +1,53 @@
+#include <cmath>
+#include <map>
+
+#include "core/daylight.h"
+#include "core/scene_reader.h"
+#include "tests/all_backends.h"
+#include "tests/catch.h"
+
+using namespace naturel;
+using namespace naturel::tests;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+/// Mean illuminance of each sensor set, middle band, lx.
+std::map<std::string, double> mean_illuminance(const Scene& scene, const DaylightSolution& solution) {
+    std::map<std::string, double> sum;
+    std::map<std::string, double> count;
+    for (std::size_t s = 0; s < solution.sensors.size(); ++s) {
+        const std::string& id = scene.sensors[solution.sensors[s].set].id;
+        sum[id] += solution.sensor_values[s].total_lx().g;
+        count[id] += 1.0;
+    }
+    for (auto& [id, value] : sum) value /= count[id];
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("every shipped scene balances its flux, and projection and rays agree on its work plane", "[scenes][slow]") {
+    const std::string name = GENERATE("test_room", "test_room_coloured", "furnished_office", "l_shaped_rooflight");
+    const Scene scene = read_scene(std::string(NATUREL_SOURCE_DIR) + "/scenes/" + name + ".json");
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    std::map<std::string, double> first;
+    for (const Backend& backend : all_backends()) {
+        INFO(name << ", " << backend.name);
+        NoProgress progress;
+        const auto visibility = backend.make(building, grid);
+        const DaylightSolution solution = compute_daylight(scene, building, grid, *visibility, {}, progress);
+        const RadiositySolution& radiosity = solution.radiosity;
+        CHECK(radiosity.converged);
+        for (const auto band : {&Band3::r, &Band3::g, &Band3::b})
+            CHECK_THAT(radiosity.flux_absorbed_lm.*band + radiosity.flux_lost_lm.*band,
+                       WithinRel(radiosity.flux_in_lm.*band, 1e-4));  // the radiosity stops at 1e-6 of the flux
+        // Measured: below 0.5 % everywhere. What remains is the projection's cells at window edges.
+        for (const auto& [id, mean] : mean_illuminance(scene, solution)) {
+            if (!first.contains(id)) first[id] = mean;
+            INFO(id);
+            CHECK_THAT(mean, WithinRel(first[id], 0.02));
+        }
+    }
+}
