@@ -7,8 +7,8 @@
 namespace naturel {
 namespace {
 
-/// Coordinates are rounded to 1 nm when facets are made (core/planar_region.h): rays this close to an edge are inside, so
-/// that none slips between two convex parts.
+/// Coordinates are rounded to 1 nm when facets are made (core/planar_region.h): rays this close to an edge are
+/// inside, so that none slips between two convex parts.
 constexpr double edge_slack_m = 2e-9;
 
 Opening make_opening(const Scene& scene, const Building& building, const Aperture& aperture) {

@@ -122,7 +122,8 @@ private:
             reach = std::max(reach, glm::length(vertex - middle));
         }
         // Off the middle, lest all samples of a row fall on one side of an edge in a symmetric scene.
-        const glm::dvec3 inside = glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
+        const glm::dvec3 inside =
+            glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
         const auto view = static_cast<std::uint32_t>(mesh_.views.size());
         mesh_.views.push_back({aperture, inside});
 
@@ -177,7 +178,8 @@ private:
             if (whole.high <= 0.5) {
                 mesh_.edges[first].low = 2.0 * whole.low, mesh_.edges[first].high = 2.0 * whole.high;
             } else if (whole.low >= 0.5) {
-                mesh_.edges[first + 1].low = 2.0 * whole.low - 1.0, mesh_.edges[first + 1].high = 2.0 * whole.high - 1.0;
+                mesh_.edges[first + 1].low = 2.0 * whole.low - 1.0;
+                mesh_.edges[first + 1].high = 2.0 * whole.high - 1.0;
             }
         }
         return mesh_.edges[edge].halves + (mesh_.edges[edge].a == end ? 0 : 1);
@@ -279,7 +281,8 @@ private:
             if (odd == 3) continue;
             for (const std::size_t side : {odd, (odd + 2) % 3}) {
                 const std::uint32_t id = element.edges[side];
-                if (mesh_.edges[id].low == 0.0 && mesh_.edges[id].high == 1.0) bisect(mesh_.edges[id], mesh_.edges[id].middle);
+                Edge& edge = mesh_.edges[id];
+                if (edge.low == 0.0 && edge.high == 1.0) bisect(edge, edge.middle);
                 mesh_.crossed.push_back(id);
             }
         }

@@ -13,8 +13,8 @@ namespace {
 constexpr double limit_16_sr = 0.7;
 constexpr double limit_64_sr = 1.5;
 
-/// An aperture nearer than this many element sizes is integrated over sky zones instead. The article does not say when it
-/// changes over; solid angle cannot tell, since it falls again close to the plane of the aperture, where the
+/// An aperture nearer than this many element sizes is integrated over sky zones instead. The article does not say
+/// when it changes over; solid angle cannot tell, since it falls again close to the plane of the aperture, where the
 /// elements fail (docs/method.md, "Direct illuminance").
 constexpr double near_sizes = 2.0;
 

@@ -36,7 +36,9 @@ public:
         std::vector<ApertureElement> elements;
         double size_m = 0.0;  ///< longest side of an element
     };
-    const Division& division(std::size_t aperture, std::size_t fineness) const { return divisions_[aperture][fineness]; }
+    const Division& division(std::size_t aperture, std::size_t fineness) const {
+        return divisions_[aperture][fineness];
+    }
 
 private:
     std::vector<std::array<Division, 3>> divisions_;  ///< [aperture]; empty for inner ones
@@ -65,8 +67,8 @@ struct AdaptiveScratch {
         /// Where along the edge, from 0 to 1, what a sees gives way to what b sees; low = high when it is more involved.
         double low = 0.0, high = 1.0;
     };
-    /// A triangle, counter-clockwise; edge k goes from corner k to corner k + 1, in either direction. Neighbours share
-    /// edges, and so samples.
+    /// A triangle, counter-clockwise; edge k joins corner k and corner k + 1, in either direction. Neighbours share edges,
+    /// and so samples.
     struct Element {
         std::array<std::uint32_t, 3> corners{}, edges{};
         std::uint32_t probe = none;  ///< a sample anywhere inside, which only tells whether something is there

@@ -4,7 +4,8 @@
 
 namespace naturel::tests {
 
-/// first_seen() by intersecting every ray with every facet, in double precision: slow and exact. It answers nothing else.
+/// first_seen() by intersecting every ray with every facet, in double precision: slow and exact. It answers nothing
+/// else.
 class BruteForceVisibility final : public Visibility {
 public:
     explicit BruteForceVisibility(const Building& building) : facets_(building.facets) {}
