@@ -80,6 +80,7 @@ void FacetsAround::collect(const FacetSet& facets, const glm::dvec3& point_m,
                            const glm::dvec3& horizon_normal, ApertureDrawing apertures) {
     viewpoint_m = point_m;
     entries.clear();
+    behind.clear();
     entry_of.resize(facets.size());
     for (std::size_t i = 0; i < facets.size(); ++i) {
         const FacetSet::Item& item = facets[make_id<FacetId>(i)];
@@ -89,11 +90,12 @@ void FacetsAround::collect(const FacetSet& facets, const glm::dvec3& point_m,
         if (std::abs(distance_m) <= edge_on_m) continue;
         const double along = item.side * distance_m;  // > 0: the facet looks away
         if (item.faces_a_twin && along > 0) continue;
-        entries.push_back(
-            {make_id<FacetId>(i), along > 0, along > 0 ? 1.0 : -1.0, (1 / distance_m) * item.plane_normal});
+        const bool from_behind = along > 0;
+        (from_behind ? behind : entries)
+            .push_back({make_id<FacetId>(i), from_behind, from_behind ? 1.0 : -1.0,
+                        (1 / distance_m) * item.plane_normal});
     }
-    std::stable_partition(entries.begin(), entries.end(),
-                          [](const Entry& entry) { return !entry.from_behind; });
+    entries.insert(entries.end(), behind.begin(), behind.end());
     for (std::size_t k = 0; k < entries.size(); ++k)
         entry_of[index(entries[k].facet)] = static_cast<std::uint32_t>(k);
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
@@ -64,6 +65,7 @@ struct FacetsAround {
     std::vector<Entry> entries;
     /// From FacetId to position in entries; only those of `entries` are valid.
     std::vector<std::uint32_t> entry_of;
+    std::vector<Entry> behind;  ///< scratch of collect()
 
     const Entry& operator[](FacetId facet) const { return entries[entry_of[index(facet)]]; }
 
