@@ -458,7 +458,7 @@ TEST_CASE("what is seen does not depend on where the building stands", "[visibil
     CHECK(different / static_cast<double>(a.size()) < 1e-3);
 }
 
-TEST_CASE("rows have the same bits for any number of threads", "[visibility][embree]") {
+TEST_CASE("rows of any method have the same bits for any number of threads", "[visibility][embree]") {
     const Backend backend = GENERATE(from_range(all_backends()));
     INFO(backend.name);
     const Scene scene = furnished_room(6);
