@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/common.hpp>
 #include <utility>
 
+#include "cli/orientation.h"
 #include "core/building.h"
 #include "core/parallel.h"
 #include "core/patch_grid.h"
@@ -39,20 +39,6 @@ struct CheckedScene {
     const PatchGrid& grid;
     const Visibility& visibility;
 };
-
-constexpr std::array<const char*, 8> compass_words{"north", "north-east", "east", "south-east",
-                                                   "south", "south-west", "west", "north-west"};
-
-/// "south, tilt 90 deg" for the way an opening looks; 0 deg looks straight up, 90 deg at the horizon.
-std::string orientation(const glm::dvec3& outward, double north_rad) {
-    const double tilt_deg = degrees_from_radians(std::acos(std::clamp(outward.z, -1.0, 1.0)));
-    if (tilt_deg < 0.5) return "up";
-    if (tilt_deg > 179.5) return "down";
-    const double azimuth_deg = degrees_from_radians(std::atan2(outward.x, outward.y) + north_rad);
-    const auto eighth = std::lround(azimuth_deg / 45.0);
-    return fmt::format("{}, tilt {:.0f} deg", compass_words[static_cast<std::size_t>((eighth % 8 + 8) % 8)],
-                       tilt_deg);
-}
 
 void describe_surfaces(const CheckedScene& checked, Report& report) {
     const auto& [scene, building, grid, visibility] = checked;

@@ -2,30 +2,14 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "cli/choices.h"
+#include "cli/json_text.h"
 
 namespace naturel {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// JSON knows neither infinity nor NaN; the library would write null and nobody would notice.
-void expect_finite(const Json& json) {
-    if (json.is_number_float() && !std::isfinite(json.get<double>()))
-        throw std::logic_error("a result is not a finite number");
-    if (json.is_structured())
-        for (const Json& element : json)
-            expect_finite(element);
-}
-
-std::string text_of(const Json& json) {
-    expect_finite(json);
-    // Names come from files; what is not UTF-8 in them is replaced rather than refused after a long
-    // calculation.
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
 
 Json json_of(const Statistics& statistics) {
     return {{"mean", statistics.mean},
@@ -135,7 +119,7 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
         files.push_back(view.file_stem + ".exr");
         files.push_back(view.file_stem + ".png");
     }
-    return text_of({{"naturel", NATUREL_VERSION},
+    return json_text({{"naturel", NATUREL_VERSION},
                     {"scene",
                      {{"name", result.scene.name},
                       {"file", result.options.scene.filename().string()},
@@ -166,7 +150,7 @@ std::string timings_json(const std::vector<StageTime>& stages, int threads) {
         list.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
         total_s += stage.seconds;
     }
-    return text_of({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
+    return json_text({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
 }
 
 std::string comparison_json(const std::string& backend, const std::string& reference,
@@ -180,7 +164,7 @@ std::string comparison_json(const std::string& backend, const std::string& refer
                         {"root_mean_square_difference_lx", set.root_mean_square_lx},
                         {"worst_difference_lx", set.worst_lx},
                         {"worst_point", set.worst_point}});
-    return text_of({{"backend", backend}, {"reference", reference}, {"sensor_sets", list}});
+    return json_text({{"backend", backend}, {"reference", reference}, {"sensor_sets", list}});
 }
 
 }  // namespace naturel

@@ -11,6 +11,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/terminal_progress.h"
+#include "cli/zones.h"
 #include "core/errors.h"
 #include "core/parallel.h"
 
@@ -39,6 +40,13 @@ ExitCode execute(const RunOptions& options) {
 ExitCode execute(const CheckOptions& options) {
     TerminalProgress progress(isatty(STDERR_FILENO) != 0, stop_requested);
     check(options, progress);
+    return ExitCode::done;
+}
+
+ExitCode execute(const ZonesOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    find_zones(options, progress);
     return ExitCode::done;
 }
 

@@ -73,10 +73,36 @@ std::string version_text() {
     return text;
 }
 
-void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
-    app.add_option("SCENE", options.scene, "scene file (JSON, see docs/scene_format.md)")
+void add_scene(CLI::App& app, std::filesystem::path& scene) {
+    app.add_option("SCENE", scene, "scene file (JSON, see docs/scene_format.md)")
         ->required()
         ->type_name("FILE");
+}
+
+void add_threads(CLI::App& app, int& threads) {
+    app.add_option("--threads", threads, "number of threads; results do not depend on it")
+        ->type_name("N")
+        ->check(within(1, 1024));
+}
+
+CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
+    return app.add_option("--grid-spacing", spacing_m, "longest cell of the grid indoors, m")
+        ->type_name("M")
+        ->check(within(1e-3, 1e3));
+}
+
+void add_zones_options(CLI::App& app, ZonesOptions& options) {
+    add_scene(app, options.scene);
+    app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
+    app.add_flag("--svg", options.svg,
+                 "draw every floor as a plan with its grid, sunspots and umbra zones, and its walls unrolled");
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    add_grid_spacing(app, options.grid_spacing_m)->group("Instead of what the scene file says");
+}
+
+void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
+    add_scene(app, options.scene);
     app.add_option("--backend", options.backend, "visibility method")
         ->type_name(fmt::format("{}", fmt::join(backend_words(), "|")))
         ->check(CLI::Validator(
@@ -89,17 +115,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     app.add_option("--out", options.out,
                    "folder for the results; each backend writes into a folder of its name there")
         ->type_name("DIR");
-    app.add_option("--threads", options.threads, "number of threads; results do not depend on it")
-        ->type_name("N")
-        ->check(within(1, 1024));
+    add_threads(app, options.threads);
     app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
     app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
 
     constexpr auto scene_group = "Instead of what the scene file says";
-    app.add_option("--grid-spacing", options.grid_spacing_m, "longest cell of the grid indoors, m")
-        ->type_name("M")
-        ->check(within(1e-3, 1e3))
-        ->group(scene_group);
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
     add_choice(app, "--direct", options.direct_method, direct_methods, "how direct illuminance is computed")
         ->group(scene_group);
     app.add_option("--tolerance", options.direct_tolerance,
@@ -172,9 +193,10 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
 
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, const char* const* argv) {
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
-    run.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    ZonesOptions zones;
+    run.threads = zones.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
     std::uint64_t seed = run.backends.embree.seed;
     CheckOptions check;
 
@@ -191,9 +213,10 @@ std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, co
     add_run_options(*run_command, run, seed);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
-    check_command->add_option("SCENE", check.scene, "scene file (JSON, see docs/scene_format.md)")
-        ->required()
-        ->type_name("FILE");
+    add_scene(*check_command, check.scene);
+    CLI::App* zones_command = app.add_subcommand(
+        "zones", "find where the sun shines indoors and where no window is seen, and draw it");
+    add_zones_options(*zones_command, zones);
 
     app.require_subcommand(0, 1);
     app.allow_extras();  // so that an unknown command can be answered with the known ones
@@ -203,14 +226,15 @@ std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, co
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check)"
-                    : fmt::format("unknown command \"{}\" (known: run, check)", app.remaining().front()));
+                    ? "missing command (known: run, check, zones)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, zones)", app.remaining().front()));
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
     run.backends.hemicube.seed = seed;
     run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;
+    if (zones_command->parsed()) return zones;
     return run;
 }
 

@@ -11,8 +11,10 @@
 
 #include "cli/csv_writer.h"
 #include "cli/file_writer.h"
+#include "cli/grid_limit.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
+#include "cli/zone_writer.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
 
@@ -55,20 +57,6 @@ Scene read_scene_with_overrides(const RunOptions& options) {
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
     return scene;
-}
-
-/// The reader limits the grid that a scene file asks for; this does it for --grid-spacing.
-void refuse_too_fine_grid(const Building& building, const RunOptions& options) {
-    if (!options.grid_spacing_m) return;
-    constexpr double most_patches = 1e7;
-    double patches = 0.0;
-    for (const Facet& facet : building.facets)
-        if (facet.environment == Environment::indoor)
-            patches += facet.area_m2 / (*options.grid_spacing_m * *options.grid_spacing_m);
-    if (patches > most_patches)
-        throw InputError("--grid-spacing",
-                         fmt::format("{} m makes about {:.2g} patches indoors (at most {:.2g})",
-                                     *options.grid_spacing_m, patches, most_patches));
 }
 
 /// A file name for each view: its id without what could leave the folder or upset a shell or another file
@@ -217,8 +205,12 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);
-    refuse_too_fine_grid(building, options);
+    if (options.grid_spacing_m) refuse_too_fine_grid(building, *options.grid_spacing_m);
     shared_clock.end_stage("assembly");
+    const std::optional<SunBeam> sun = sun_beam(scene);
+    const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
+    stop_if_interrupted(progress);
+    shared_clock.end_stage("light zones");
     const PatchGrid grid = make_patch_grid(building, scene.grid);
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
@@ -247,6 +239,10 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
         write_file(folder / "timings.json", timings_json(clock.stages(), options.threads));
+        // Zones do not depend on the backend. They come after everything that may fail in the first one.
+        if (totals.empty())
+            write_file(options.out / "zones.json",
+                       zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary_json(result, sets, views));
 
         print(stdout, account(result, sets) + fmt::format("  written to {}\n", folder.string()));
