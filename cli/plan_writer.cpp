@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <limits>
 #include <span>
 
@@ -33,6 +34,9 @@ constexpr double smallest_cell_mm = 0.4, smallest_labelled_mm2 = 2.0;
 
 // Walls below this share of all walls of a floor are left out unless the sun shines on them.
 constexpr double smallest_wall_share = 0.02;
+
+// Size of the names of walls and windows.
+constexpr double name_mm = 2.1;
 
 // How far behind the inner side of a wall its window may be: deeper reveals than 1.5 m are rooms.
 constexpr double deepest_reveal_m = 1.5;
@@ -195,6 +199,8 @@ struct SunLabel {
 /// Writes illuminances into their sunspots where they fit, else beside them with a leader.
 void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, const PaperBox& frame, LabelPlacer& placer) {
     constexpr double size_mm = 2.4;
+    // A label should not lie in a sunspot that it does not belong to; on other text it cannot be read.
+    constexpr double sunspot_weight = 0.25;
     struct Outside {
         const SunLabel* label;
         dvec2 tip_mm;
@@ -204,6 +210,12 @@ void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, const
         if (area_m2(label.region) * label.map.mm_per_m * label.map.mm_per_m < smallest_labelled_mm2) continue;
         std::vector<Ring> parts = convex_parts(label.region);
         if (parts.empty()) continue;
+        for (const Ring& part : parts) {
+            Extent extent;
+            for (const PlanePoint& p : part)
+                extent.add(label.map.to_paper(label.plane.to_world(p)));
+            placer.avoid({extent.low, extent.high}, sunspot_weight);
+        }
         std::ranges::stable_sort(parts, [](const Ring& a, const Ring& b) { return area_m2(a) > area_m2(b); });
         const dvec2 half = 0.5 * dvec2{text_width_mm(label.text, size_mm) + 0.8, size_mm + 0.6};
         const auto middle_of = [&](const Ring& part) {
@@ -224,11 +236,6 @@ void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, const
             break;
         }
         if (written) continue;
-        Extent extent;
-        for (const Ring& ring : label.region)
-            for (const PlanePoint& p : ring)
-                extent.add(label.map.to_paper(label.plane.to_world(p)));
-        placer.avoid({glm::max(extent.low, frame.low_mm), glm::min(extent.high, frame.high_mm)});
         outside.push_back({&label, middle_of(parts.front())});
     }
     for (const auto& [label, tip] : outside) {
@@ -288,7 +295,7 @@ void draw_compass(SvgSheet& sheet, const Context& context, const dvec2& centre_m
     if (context.report.sun) {
         const double azimuth = context.report.scene.sun->azimuth_rad;
         sheet.line("leader", towards(azimuth, radius_mm), centre_mm);
-        sheet.dot("sun", towards(azimuth, radius_mm), 1.5);
+        sheet.dot("disc", towards(azimuth, radius_mm), 1.5);
     }
     sheet.close_group();
 }
@@ -378,16 +385,6 @@ std::string finish(const SvgSheet& sheet, const Context& context, const Floor& f
                                     sizes.area_m2, sun_words(context.report)));
 }
 
-/// Where the plane z cuts a polygon: the two ends of a line, if it does.
-std::vector<dvec3> cut_at_height(const std::vector<dvec3>& polygon, double z_m) {
-    std::vector<dvec3> ends;
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const dvec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-        if ((a.z < z_m) != (b.z < z_m)) ends.push_back(a + (z_m - a.z) / (b.z - a.z) * (b - a));
-    }
-    return ends;
-}
-
 /// Apertures: where they are cut, as a window's double line; what is higher or lower, dashed.
 void draw_apertures(SvgSheet& sheet, const Context& context, const Storey& storey, const PaperMap& map,
                     LabelPlacer& placer, const PaperBox& frame) {
@@ -410,7 +407,7 @@ void draw_apertures(SvgSheet& sheet, const Context& context, const Storey& store
         }
         const dvec2 middle = map.to_paper(aperture.centroid_m);
         const dvec2 outwards = dvec2{-aperture.normal.x, aperture.normal.y};
-        const dvec2 half = 0.5 * dvec2{text_width_mm(aperture.name, 2.1), 2.6};
+        const dvec2 half = 0.5 * dvec2{text_width_mm(aperture.name, name_mm), 2.6};
         // The name stands on the outside of a window in a wall, and in the middle of a rooflight.
         const bool upright = std::abs(aperture.normal.z) < 0.3;
         const dvec2 at = upright ? middle + outwards * (half + dvec2{1.6}) : middle;
@@ -442,7 +439,7 @@ std::string draw_plan(const Context& context, const Floor& floor) {
         add_facets([&](const Facet& facet) { return facet.face == report.building.apertures[index(id)].face; });
     if (!(extent_m.size().x > 0.0 && extent_m.size().y > 0.0)) return {};
     // What is around the rooms: the thickness of the walls.
-    const double around_m = 0.08 * std::max(extent_m.size().x, extent_m.size().y);
+    const double around_m = 0.06 * std::max(extent_m.size().x, extent_m.size().y);
     extent_m.low -= around_m;
     extent_m.high += around_m;
 
@@ -485,7 +482,7 @@ std::string draw_plan(const Context& context, const Floor& floor) {
         const dvec2 at = map.to_paper(position_m);
         const bool on_sheet = at == glm::clamp(at, corner_mm, corner_mm + figure_mm);
         if (sensor.medium != Medium::indoor_air || !of_storey || !on_sheet) continue;
-        sheet.dot("sensor", at, 0.4);
+        sheet.dot("sensor", at, 0.28);
         ++sensor_count;
     }
     sheet.close_group();
@@ -497,10 +494,13 @@ std::string draw_plan(const Context& context, const Floor& floor) {
         for (const Sunspot& spot : report.zones.sunspots[index(*level)]) {
             Region seen = region_in(plan, spot.region, face.plane);
             if (height_of(*level) <= storey.cut_m) seen = subtract(seen, solid);
+            Region covers;
             for (auto higher = level + 1; higher != storey.levels.end(); ++higher) {
+                if (height_of(*higher) <= height_of(*level)) continue;
                 const Face& cover = report.building.faces[index(*higher)];
-                if (height_of(*higher) > height_of(*level)) seen = subtract(seen, region_in(plan, cover.region, cover.plane));
+                std::ranges::move(region_in(plan, cover.region, cover.plane), std::back_inserter(covers));
             }
+            seen = subtract(seen, covers);
             labels.push_back({lux_words(luminous_lx(context, spot)), std::move(seen), plan, map});
         }
     }
@@ -521,7 +521,7 @@ std::string draw_plan(const Context& context, const Floor& floor) {
     add_grid_item(sheet, context, legend, mm_per_m);
     if (sensor_count > 0)
         legend.item(fmt::format("sensors: {}", sensor_count),
-                    [&](const PaperBox& box) { sheet.dot("sensor", box.low_mm + dvec2{4.0, 2.0}, 0.6); });
+                    [&](const PaperBox& box) { sheet.dot("sensor", box.low_mm + dvec2{4.0, 2.0}, 0.4); });
     legend.skip(2.0);
     const ZoneSizes sizes = sizes_of(context, storey.levels);
     add_sizes(legend, "Level surfaces", sizes);
@@ -574,6 +574,13 @@ void draw_windows(SvgSheet& sheet, const Building& building, const Elevation& el
     }
 }
 
+/// The way a wall looks; of slopes with their tilt.
+std::string looks(const Context& context, const Face& face) {
+    const double north_rad = context.report.scene.north_rad;
+    return "looks " + (std::abs(face.normal.z) < 1e-6 ? compass_word(face.normal, north_rad)
+                                                      : orientation(face.normal, north_rad));
+}
+
 /// Rows of elevations, each with the width that its names need.
 struct Row {
     std::vector<Elevation> elevations;
@@ -588,7 +595,9 @@ std::vector<Row> lay_out(const Context& context, std::vector<Elevation> elevatio
         const Face& face = context.report.building.faces[index(elevation.face)];
         // Walls that meet at an edge stand side by side; their names may need more room.
         const double wall_mm = elevation.extent_m.size().x * mm_per_m;
-        const double cell_mm = std::max({wall_mm, text_width_mm(face.name, 2.1) + 2.0, 20.0});
+        const double words_mm = text_width_mm(face.name, name_mm),
+                     looks_mm = text_width_mm(looks(context, face), name_mm);
+        const double cell_mm = std::max({wall_mm, words_mm + 3.0, looks_mm + 3.0});
         if (rows.empty() || rows.back().width_mm + cell_mm > row_mm) rows.emplace_back();
         Row& row = rows.back();
         if (!elevation.upright) {
@@ -623,7 +632,7 @@ std::string draw_walls(const Context& context, const Floor& floor) {
     }
     if (elevations.empty()) return {};
 
-    constexpr double row_mm = 230.0, row_height_mm = 90.0, names_mm = 13.0;
+    constexpr double row_mm = 250.0, row_height_mm = 90.0, names_mm = 13.0;
     const double scale = usual_scale({largest_m.x * 2.0, largest_m.y}, {row_mm, row_height_mm});
     const double mm_per_m = 1000.0 / scale;
     std::vector<Row> rows = lay_out(context, std::move(elevations), mm_per_m, row_mm);
@@ -653,7 +662,7 @@ std::string draw_walls(const Context& context, const Floor& floor) {
             const double middle_mm = left_mm + row.left_mm[k] + 0.5 * mm_per_m * elevation.extent_m.size().x;
             sheet.text("name", {middle_mm, top_mm + height_mm + 4.0}, face.name);
             sheet.text("name", {middle_mm, top_mm + height_mm + 6.8},
-                       fmt::format("looks {}", orientation(face.normal, report.scene.north_rad)));
+                       looks(context, face));
             for (const Sunspot& spot : report.zones.sunspots[index(elevation.face)])
                 labels.push_back({lux_words(luminous_lx(context, spot)), spot.region, face.plane, map});
         }

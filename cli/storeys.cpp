@@ -86,34 +86,50 @@ std::vector<Heights> face_heights(const Building& building) {
     return heights;
 }
 
-/// The indoor face that stands along an edge of the section.
-std::optional<FaceId> wall_at(const Building& building, const std::vector<FaceId>& candidates, const dvec3& point_m) {
-    for (const FaceId id : candidates) {
-        const Face& face = building.faces[index(id)];
-        const double distance_m = glm::dot(point_m - face.plane.origin_m, face.normal);
-        if (std::abs(distance_m) < same_plane_m && contains(face.region, face.plane.to_plane(point_m))) return id;
-    }
-    return {};
-}
-
 /// Walls that the section meets come first, as somebody sees them who turns to the right, from the south-west corner
 /// of each room.
 void order_walls(const Scene& scene, const Building& building, Storey& storey) {
+    struct Trace {
+        FaceId wall;
+        dvec3 middle_m;
+    };
+    std::vector<Trace> traces;
+    std::vector<char> is_wall(building.faces.size(), 0);
+    for (const FaceId wall : storey.walls)
+        is_wall[index(wall)] = 1;
+    for (const Facet& facet : building.facets) {
+        if (is_wall[index(facet.face)] == 0) continue;
+        const std::vector<dvec3> ends = cut_at_height(facet.vertices_m, storey.cut_m);
+        if (ends.size() == 2) traces.push_back({facet.face, 0.5 * (ends[0] + ends[1])});
+    }
+
     std::vector<FaceId> ordered;
+    const auto append = [&](FaceId wall) {
+        if (is_wall[index(wall)] != 0) ordered.push_back(wall);
+        is_wall[index(wall)] = 0;
+    };
     const PlaneFrame plan = plan_frame(storey.cut_m);
     for (Ring ring : indoor_air_at_height(scene, storey.cut_m)) {
         std::ranges::reverse(ring);
-        const auto south_west = std::ranges::min_element(
-            ring, [](const PlanePoint& a, const PlanePoint& b) { return a.X != b.X ? a.X < b.X : a.Y < b.Y; });
-        std::ranges::rotate(ring, south_west);
+        std::ranges::rotate(ring, std::ranges::min_element(ring, [](const PlanePoint& a, const PlanePoint& b) {
+                                return a.X != b.X ? a.X < b.X : a.Y < b.Y;
+                            }));
         for (std::size_t k = 0; k < ring.size(); ++k) {
             const dvec3 a = plan.to_world(ring[k]), b = plan.to_world(ring[(k + 1) % ring.size()]);
-            const auto wall = wall_at(building, storey.walls, 0.5 * (a + b));
-            if (wall && std::ranges::find(ordered, *wall) == ordered.end()) ordered.push_back(*wall);
+            const double length_m = glm::distance(a, b);
+            std::vector<std::pair<double, FaceId>> along;
+            for (const Trace& trace : traces) {
+                const double t_m = glm::dot(trace.middle_m - a, b - a) / length_m;
+                const double off_m = glm::distance(trace.middle_m, a + t_m / length_m * (b - a));
+                if (t_m > 0.0 && t_m < length_m && off_m < same_plane_m) along.emplace_back(t_m, trace.wall);
+            }
+            std::ranges::sort(along);
+            for (const auto& [t_m, wall] : along)
+                append(wall);
         }
     }
     for (const FaceId wall : storey.walls)
-        if (std::ranges::find(ordered, wall) == ordered.end()) ordered.push_back(wall);
+        append(wall);
     storey.walls = std::move(ordered);
 }
 
@@ -133,6 +149,15 @@ Ring section(const Polyhedron& polyhedron, const PlaneFrame& plan) {
 
 PlaneFrame plan_frame(double z_m) {
     return {{0, 0, z_m}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+}
+
+std::vector<dvec3> cut_at_height(const std::vector<dvec3>& polygon, double z_m) {
+    std::vector<dvec3> ends;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const dvec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+        if ((a.z < z_m) != (b.z < z_m)) ends.push_back(a + (z_m - a.z) / (b.z - a.z) * (b - a));
+    }
+    return ends;
 }
 
 Region solid_at_height(const Scene& scene, double z_m, const Ring& rectangle) {

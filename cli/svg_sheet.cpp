@@ -31,7 +31,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .seam { stroke: #fff; stroke-width: 0.9; stroke-linejoin: round; fill: #fff }
 .paper { fill: #fff }
 .face { fill: #fbfaf7; fill-rule: evenodd }
-.umbra { fill: #c5d0dd; fill-rule: evenodd }
+.umbra { fill: #c5d0dd; stroke: #5f7590; stroke-width: 0.15; stroke-linejoin: round; fill-rule: evenodd }
 .umbra-strokes { fill: url(#strokes); fill-rule: evenodd }
 .sun { stroke: #b34700; stroke-width: 0.18; stroke-linejoin: round; fill-rule: evenodd }
 .sun-dots { fill: url(#dots); fill-rule: evenodd }
@@ -45,6 +45,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .glass { fill: #d9ecf7; stroke: #0072b2; stroke-width: 0.3 }
 .leader { stroke: #5c2a00; stroke-width: 0.15; fill: none }
 .tip { fill: #5c2a00 }
+.disc { fill: #e8690b; stroke: #5c2a00; stroke-width: 0.2 }
 .sensor { fill: #fff; stroke: #00664d; stroke-width: 0.16 }
 .rule { stroke: #222; stroke-width: 0.2; fill: none }
 .level { stroke: #888; stroke-width: 0.15; stroke-dasharray: 1 1 }
@@ -135,12 +136,12 @@ PaperBox LabelPlacer::place_beside(const dvec2& point_mm, const dvec2& size_mm) 
             const double inside_mm2 = overlap_mm2(box, frame_), area_mm2 = size_mm.x * size_mm.y;
             // Leaving the frame is worst, covering something is bad, every millimetre away costs a little.
             double cost = reach_mm + 1e3 * (area_mm2 - inside_mm2);
-            for (const PaperBox& taken : taken_)
-                cost += 20.0 * overlap_mm2(box, taken);
+            for (const Taken& taken : taken_)
+                cost += 20.0 * taken.weight * overlap_mm2(box, taken.box);
             if (cost < least_cost) least_cost = cost, best = box;
         }
     }
-    taken_.push_back(best);
+    avoid(best);
     return best;
 }
 

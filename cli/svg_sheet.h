@@ -33,15 +33,20 @@ class LabelPlacer {
 public:
     explicit LabelPlacer(const PaperBox& frame) : frame_(frame) {}
 
-    /// Keeps labels away from a box as far as possible.
-    void avoid(const PaperBox& box) { taken_.push_back(box); }
+    /// Keeps labels away from a box as far as possible; boxes of less weight are covered first.
+    void avoid(const PaperBox& box, double weight = 1.0) { taken_.push_back({box, weight}); }
 
     /// The place of a label of a given size beside a point: the box with least overlap, near rather than far.
     PaperBox place_beside(const glm::dvec2& point_mm, const glm::dvec2& size_mm);
 
 private:
+    struct Taken {
+        PaperBox box;
+        double weight;
+    };
+
     PaperBox frame_;
-    std::vector<PaperBox> taken_;
+    std::vector<Taken> taken_;
 };
 
 /// An SVG drawing that grows element by element. Lengths are mm on paper.
