@@ -219,7 +219,10 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     stop_if_interrupted(progress);
     refuse_too_fine_grid(building, options);
     shared_clock.end_stage("assembly");
-    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    const LightZones zones = find_light_zones(scene, building);
+    stop_if_interrupted(progress);
+    shared_clock.end_stage("zones");
+    const PatchGrid grid = make_patch_grid(building, scene.grid, zones);
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
     const Primaries primaries(scene.primaries);

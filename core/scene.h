@@ -107,7 +107,12 @@ struct SunDescription {
 
 struct GridOptions {
     double spacing_m = 0.25;          ///< indoor faces and apertures: cells no longer than this
-    double outdoor_spacing_m = 1.0;   ///< outdoor faces, which only carry reflected light
+    double outdoor_spacing_m = 1.0;  ///< outdoor faces, which only carry reflected light
+    bool zones = true;               ///< cells are cut along sunspots and umbra zones
+    /// Patches below this share of a cell, or longer than this for their width, are joined with a neighbour of the same zone
+    /// where the result is convex.
+    double sliver_area = 0.1;
+    double sliver_aspect = 10.0;
 };
 
 enum class DirectMethod {
