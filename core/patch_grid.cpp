@@ -7,6 +7,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/spherical_polygon.h"
 #include "core/units.h"
 
 namespace naturel {
@@ -26,6 +27,9 @@ constexpr double same_node_nm = 100.0;
 constexpr double node_inset_m = 1e-3;
 
 bool same_node(const dvec3& a_m, const dvec3& b_m) { return glm::distance(a_m, b_m) * nanometres_per_metre < same_node_nm; }
+
+// Where less than this of the apertures could be seen, differences do not matter: 1/1000 of a hemisphere.
+constexpr double dark_sr = 1e-3 * pi;
 
 int cell_count(double length_m, double spacing_m) {
     return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)));
@@ -198,8 +202,9 @@ namespace {
 struct Piece {
     Ring outline;
     std::size_t zone = 0;
-    std::vector<std::uint32_t> cells;  // numbers within the face; more than one after slivers were joined
-    bool whole = false;                // a cell that nothing cuts
+    std::vector<std::uint32_t> cells{};  // numbers within the face; more than one after slivers were joined
+    bool whole = false;                  // a cell that nothing cuts
+    double uncut_area_m2 = 0.0;          // of the cell, or of the part of a refined cell, that it is cut from
 };
 
 double distance_nm(const PlanePoint& a, const PlanePoint& b) {
@@ -273,10 +278,8 @@ private:
             return;
         }
         const std::vector<Zone> zones = zones_of(f);
-        std::vector<Piece> pieces;
-        for (std::size_t z = 0; z < zones.size(); ++z) cut_cells(face, g, zones[z].region, z, pieces);
-        const double cell_area_m2 = glm::length(glm::cross(face.frame.u_m, face.frame.v_m)) / g.nu / g.nv;
-        join_slivers(g, cell_area_m2, pieces);
+        std::vector<Piece> pieces = cut_cells(face, g, zones);
+        join_slivers(g, pieces);
         add_pieces(make_id<FaceId>(f), g, zones, pieces);
     }
 
@@ -316,42 +319,94 @@ private:
         return static_cast<std::uint32_t>(j) * static_cast<std::uint32_t>(g.nu) + static_cast<std::uint32_t>(i);
     }
 
-    void cut_cells(const Face& face, const PatchGrid::FaceGrid& g, const Region& zone, std::size_t number,
-                   std::vector<Piece>& pieces) const {
-        const FaceFrame& frame = face.frame;
-        const dvec3 w = glm::cross(frame.u_m, frame.v_m);
-        const auto lattice = [&](int i, int j) {
-            return face.plane.to_plane(frame.origin_m + (static_cast<double>(i) / g.nu) * frame.u_m +
-                                       (static_cast<double>(j) / g.nv) * frame.v_m);
-        };
-        // Seen from the air, (u, v) may be left-handed; then cells are walked the other way round.
-        const bool right_handed = glm::dot(w, face.normal) > 0.0;
-        const auto quad = [&](int i0, int j0, int i1, int j1) {
-            Ring ring{lattice(i0, j0), lattice(i1, j0), lattice(i1, j1), lattice(i0, j1)};
-            if (!right_handed) std::reverse(ring.begin(), ring.end());
-            return ring;
-        };
-        const double cell_area_m2 = glm::length(w) / g.nu / g.nv;
+    // A rectangle of a face's grid, in cells: [s0, s1] x [t0, t1].
+    struct Quad {
+        double s0, t0, s1, t1;
+    };
+
+    std::vector<Piece> cut_cells(const Face& face, const PatchGrid::FaceGrid& g, const std::vector<Zone>& zones) const {
+        std::vector<Piece> pieces;
         for (int j = 0; j < g.nv; ++j) {
             // Cutting by a row first keeps the cost of a cell to what lies in its row.
-            const Region row = intersect(zone, {quad(0, j, g.nu, j + 1)});
-            if (row.empty()) continue;
-            const bool whole_row = std::abs(area_m2(row) - cell_area_m2 * g.nu) < 1e-9 * cell_area_m2 * g.nu;
+            const Ring row = outline_of(face, g, {0.0, double(j), double(g.nu), double(j + 1)});
+            std::vector<Region> in_row;
+            for (const Zone& zone : zones) in_row.push_back(intersect(zone.region, {row}));
             for (int i = 0; i < g.nu; ++i) {
-                const Ring cell = quad(i, j, i + 1, j + 1);
-                const Region left = whole_row ? Region{cell} : intersect(row, {cell});
-                const double share = area_m2(left) / cell_area_m2;
-                if (share < smallest_share_of_cell) continue;
-                if (share > 1.0 - 1e-9) {
-                    pieces.push_back({.outline = cell, .zone = number, .cells = {cell_number(g, i, j)}, .whole = true});
-                    continue;
-                }
-                for (const Ring& part : convex_parts(left)) {
-                    if (area_m2(part) >= smallest_share_of_cell * cell_area_m2)
-                        pieces.push_back({.outline = part, .zone = number, .cells = {cell_number(g, i, j)}});
-                }
+                const Quad cell{double(i), double(j), double(i + 1), double(j + 1)};
+                cut_quad(face, g, cell, in_row, cell_number(g, i, j), 0, pieces);
             }
         }
+        return pieces;
+    }
+
+    Ring outline_of(const Face& face, const PatchGrid::FaceGrid& g, const Quad& q) const {
+        const auto corner = [&](double s, double t) { return face.plane.to_plane(place(face, g, s, t)); };
+        Ring ring{corner(q.s0, q.t0), corner(q.s1, q.t0), corner(q.s1, q.t1), corner(q.s0, q.t1)};
+        // Seen from the air, (u, v) may be left-handed; then cells are walked the other way round.
+        if (glm::dot(glm::cross(face.frame.u_m, face.frame.v_m), face.normal) < 0.0) std::reverse(ring.begin(), ring.end());
+        return ring;
+    }
+
+    static dvec3 place(const Face& face, const PatchGrid::FaceGrid& g, double s, double t) {
+        return face.frame.origin_m + s / g.nu * face.frame.u_m + t / g.nv * face.frame.v_m;
+    }
+
+    // around: what each zone has in the surroundings of the quad.
+    void cut_quad(const Face& face, const PatchGrid::FaceGrid& g, const Quad& q, const std::vector<Region>& around,
+                  std::uint32_t cell, int level, std::vector<Piece>& pieces) const {
+        const Ring outline = outline_of(face, g, q);
+        const double area = area_m2(outline);
+        std::vector<Region> inside;
+        std::size_t zones_present = 0;
+        for (const Region& zone : around) {
+            inside.push_back(zone.empty() ? Region{} : intersect(zone, {outline}));
+            if (area_m2(inside.back()) > smallest_share_of_cell * area) ++zones_present;
+        }
+        if (zones_present == 0) return;
+        if (level < options_.refine.levels && face.environment == Environment::indoor && !face.aperture &&
+            (zones_present > 1 || differs(face, g, q))) {
+            const double s = 0.5 * (q.s0 + q.s1), t = 0.5 * (q.t0 + q.t1);
+            for (const Quad& quarter : {Quad{q.s0, q.t0, s, t}, {s, q.t0, q.s1, t}, {q.s0, t, s, q.t1}, {s, t, q.s1, q.t1}})
+                cut_quad(face, g, quarter, inside, cell, level + 1, pieces);
+            return;
+        }
+        for (std::size_t z = 0; z < inside.size(); ++z) {
+            const double share = area_m2(inside[z]) / area;
+            if (share < smallest_share_of_cell) continue;
+            if (share > 1.0 - 1e-9) {
+                pieces.push_back({.outline = outline, .zone = z, .cells = {cell}, .whole = level == 0, .uncut_area_m2 = area});
+                continue;
+            }
+            for (const Ring& part : convex_parts(inside[z]))
+                if (area_m2(part) >= smallest_share_of_cell * area)
+                    pieces.push_back({.outline = part, .zone = z, .cells = {cell}, .uncut_area_m2 = area});
+        }
+    }
+
+    // True when the corners of a quad get very different shares of the light from the apertures.
+    bool differs(const Face& face, const PatchGrid::FaceGrid& g, const Quad& q) const {
+        double least = std::numeric_limits<double>::max(), most = 0.0;
+        for (const auto& [s, t] : {std::pair{q.s0, q.t0}, {q.s1, q.t0}, {q.s1, q.t1}, {q.s0, q.t1}}) {
+            const double sr = apertures_sr(place(face, g, s, t), face.normal);
+            least = std::min(least, sr), most = std::max(most, sr);
+        }
+        return most > dark_sr && most - least > options_.refine.contrast * most;
+    }
+
+    // Projected solid angle of the exterior apertures as a point of a face would see them with nothing in the way, sr.
+    double apertures_sr(const dvec3& point_m, const dvec3& normal) const {
+        double sum = 0.0;
+        std::vector<dvec3> polygon, visible;
+        for (const Aperture& aperture : building_.apertures) {
+            if (aperture.inner || glm::dot(point_m - aperture.centroid_m, aperture.normal) <= 0.0) continue;
+            for (const FacetId part : aperture.facets) {
+                polygon.clear();
+                for (const dvec3& v : building_.facets[index(part)].vertices_m) polygon.push_back(v - point_m);
+                keep_half_space(polygon, normal, visible);
+                if (!visible.empty()) sum += std::abs(glm::dot(normal, vector_solid_angle(visible)));
+            }
+        }
+        return sum;
     }
 
     // For each cell of a face, the pieces in it.
@@ -375,11 +430,12 @@ private:
         }
     }
 
-    void join_slivers(const PatchGrid::FaceGrid& g, double cell_area_m2, std::vector<Piece>& pieces) const {
+    void join_slivers(const PatchGrid::FaceGrid& g, std::vector<Piece>& pieces) const {
         std::vector<std::size_t> slivers;
         const auto is_sliver = [&](const Piece& piece) {
-            return !piece.whole && (area_m2(piece.outline) < options_.sliver_area * cell_area_m2 ||
-                                    aspect(piece.outline) > options_.sliver_aspect);
+            const double area = area_m2(piece.outline);
+            return area < options_.sliver_area * piece.uncut_area_m2 ||
+                   (area < (1.0 - 1e-9) * piece.uncut_area_m2 && aspect(piece.outline) > options_.sliver_aspect);
         };
         for (std::size_t p = 0; p < pieces.size(); ++p)
             if (is_sliver(pieces[p])) slivers.push_back(p);
@@ -406,6 +462,7 @@ private:
             Piece& grown = pieces[best];
             grown.outline = std::move(joined);
             grown.whole = false;
+            grown.uncut_area_m2 = std::max(grown.uncut_area_m2, pieces[p].uncut_area_m2);
             for (const std::uint32_t cell : pieces[p].cells) {
                 if (std::find(grown.cells.begin(), grown.cells.end(), cell) != grown.cells.end()) continue;
                 grown.cells.push_back(cell);
