@@ -261,7 +261,7 @@ void check_rows(const CheckedScene& checked, Report& report, Progress& progress)
 void check(const CheckOptions& options, Progress& progress) {
     const Scene scene = read_scene(options.scene);
     const Building building = assemble(scene);
-    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
     const std::unique_ptr<Visibility> visibility =
         backends_named(default_backend()).front().make(building, grid, {});
     const CheckedScene checked{scene, building, grid, *visibility};

@@ -197,7 +197,7 @@ struct SunLabel {
 };
 
 /// Writes illuminances into their sunspots where they fit, else beside them with a leader.
-void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, const PaperBox& frame, LabelPlacer& placer) {
+void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, LabelPlacer& placer) {
     constexpr double size_mm = 2.4;
     // A label should not lie in a sunspot that it does not belong to; on other text it cannot be read.
     constexpr double sunspot_weight = 0.25;
@@ -504,7 +504,7 @@ std::string draw_plan(const Context& context, const Floor& floor) {
             labels.push_back({lux_words(luminous_lx(context, spot)), std::move(seen), plan, map});
         }
     }
-    draw_sun_labels(sheet, labels, frame, placer);
+    draw_sun_labels(sheet, labels, placer);
 
     Legend legend(sheet, {frame.high_mm.x + 4.0, corner_mm.y});
     draw_compass(sheet, context, legend.at_mm() + dvec2{10.0, 4.0});
@@ -672,7 +672,7 @@ std::string draw_walls(const Context& context, const Floor& floor) {
             sheet.line("level", {left_mm - 2.0, y_mm}, {left_mm + row.width_mm, y_mm});
             sheet.text("small", {margin_mm, y_mm + 0.7}, metres(z_m));
         }
-        draw_sun_labels(sheet, labels, frame, placer);
+        draw_sun_labels(sheet, labels, placer);
         top_mm += height_mm + names_mm;
     }
 

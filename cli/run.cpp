@@ -207,11 +207,12 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     stop_if_interrupted(progress);
     if (options.grid_spacing_m) refuse_too_fine_grid(building, *options.grid_spacing_m);
     shared_clock.end_stage("assembly");
+    // Found even where the grid does not follow them: zones.json tells of them.
     const std::optional<SunBeam> sun = sun_beam(scene);
     const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
     stop_if_interrupted(progress);
-    shared_clock.end_stage("light zones");
-    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    shared_clock.end_stage("zones");
+    const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
     const Primaries primaries(scene.primaries);

@@ -203,7 +203,7 @@ std::vector<Storey> find_storeys(const Scene& scene, const Building& building) {
         Storey& storey = storey_of(0.5 * (heights[f].low_m + heights[f].high_m));
         if (is_level(face))
             storey.levels.push_back(make_id<FaceId>(f));
-        else if (face.normal.z > -1e-6)
+        else if (face.normal.z > -1.0 + 1e-9)
             storey.walls.push_back(make_id<FaceId>(f));
     }
     for (std::size_t a = 0; a < building.apertures.size(); ++a)

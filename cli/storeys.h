@@ -11,7 +11,7 @@ struct Storey {
     double ceiling_m = 0.0;           ///< z of the next floor or of the top of all rooms
     double cut_m = 1.0;               ///< z of the section that a plan shows: 1 m over the floor, lower in low rooms
     std::vector<FaceId> levels{};       ///< horizontal indoor faces that look up, from the lowest to the highest
-    /// Other indoor faces, but for ceilings, as an unrolled room shows them: the walls that the section meets,
+    /// Other indoor faces, but for level ceilings, as an unrolled room shows them: the walls that the section meets,
     /// clockwise seen from above, then the rest.
     std::vector<FaceId> walls{};
     std::vector<ApertureId> apertures{};

@@ -121,7 +121,7 @@ std::optional<SunBeam> sun_beam(const Scene& scene) {
 
 std::string sun_words(const ZoneReport& report) {
     if (report.sun)
-        return fmt::format("sun at altitude {:.1f} deg, azimuth {:.1f} deg, {:.0f} lx",
+        return fmt::format("sun at altitude {:.1f} deg, azimuth {:.1f} deg, {:.0f} lx direct normal",
                            degrees_from_radians(report.scene.sun->altitude_rad), azimuth_deg(report.scene),
                            report.sun->direct_normal_illuminance_lx);
     if (!report.scene.sun) return "no sun in the scene";

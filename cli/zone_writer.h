@@ -31,7 +31,7 @@ struct ZoneSizes {
 ZoneSizes zone_sizes(const ZoneReport& report, FaceId face);
 ZoneSizes indoor_zone_sizes(const ZoneReport& report);
 
-/// "sun at altitude 37.6 deg, azimuth 214.4 deg, 75000 lx", or why there is none.
+/// "sun at altitude 37.6 deg, azimuth 214.4 deg, 75000 lx direct normal", or why there is none.
 std::string sun_words(const ZoneReport& report);
 
 /// Text of zones.json. Coordinates are metres, rounded to the nanometres in which zones are computed.

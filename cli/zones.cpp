@@ -31,7 +31,7 @@ void find_zones(const ZonesOptions& options, Progress& progress) {
     std::vector<std::string> written{"zones.json"};
     write_file(options.out / "zones.json", zones_json(report));
     if (options.svg) {
-        const PatchGrid grid = make_patch_grid(building, scene.grid);
+        const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
         if (progress.interrupted()) throw Interrupted();
         for (const Drawing& drawing : draw_zones(report, grid)) {
             write_file(options.out / drawing.file, drawing.svg);

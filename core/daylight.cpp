@@ -150,10 +150,17 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
     solution.nodes.resize(grid.nodes.size());
     parallel_stage("direct light at nodes", grid.nodes.size(), 8, progress, [&](std::size_t n) {
         const Node& node = grid.nodes[n];
-        solution.nodes[n].direct = direct.at({node.gather_position_m, building.faces[index(node.face)].normal});
+        const GatherPoint point{node.gather_position_m, building.faces[index(node.face)].normal};
+        DirectIlluminance& light = solution.nodes[n].direct;
+        if (!grid.follows_zones) {
+            light = direct.at(point);
+        } else if (!node.umbra) {
+            light = direct.without_sun(point);
+            if (node.sunspot != no_sunspot) light.sun_lx = grid.sunspot_illuminance_lx[node.sunspot];
+        }
     });
 
-    // Patches: the mean of their nodes, but for the sun, whose edges run through patches.
+    // Patches: the mean of their nodes, but for the sun, whose edges run through the patches of a grid without zones.
     solution.patch_components.resize(grid.gather_patch_count);
     parallel_stage("direct light on patches", grid.indoor_patch_count, 16, progress, [&](std::size_t p) {
         const auto id = make_id<PatchId>(p);
@@ -166,7 +173,9 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
             mean.sky_lx += weights[k] * corner.sky_lx;
             mean.outdoor_lx += weights[k] * corner.outdoor_lx;
         }
-        if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
+        if (grid.follows_zones) {
+            if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];
+        } else if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
             const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
             std::vector<Band3> sun_lx(samples.positions_m.size());
             direct.sun_at(samples.positions_m, patch.normal, sun_lx);

@@ -105,9 +105,21 @@ struct SunDescription {
     double direct_normal_illuminance_lx = 0.0;
 };
 
+/// Finer cells where light changes fast. Judged by geometry alone, so that the grid is the same for every visibility method.
+struct GridRefinement {
+    int levels = 0;         ///< how often a cell may be divided in four; 0: never
+    double contrast = 0.5;  ///< divide where what corners get from unobstructed apertures differs by more than this share
+};
+
 struct GridOptions {
     double spacing_m = 0.25;          ///< indoor faces and apertures: cells no longer than this
-    double outdoor_spacing_m = 1.0;   ///< outdoor faces, which only carry reflected light
+    double outdoor_spacing_m = 1.0;  ///< outdoor faces, which only carry reflected light
+    bool zones = true;               ///< cells are cut along sunspots and umbra zones
+    /// Patches below this share of a cell, or longer than this for their width, are joined with a neighbour of the same zone
+    /// where the result is convex.
+    double sliver_area = 0.1;
+    double sliver_aspect = 10.0;
+    GridRefinement refine{};  ///< indoor faces only
 };
 
 enum class DirectMethod {

@@ -345,6 +345,7 @@ void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
     }
     UniqueIds ids;
     PointBudget budget("the calculation grid has", "spacing_m or outdoor_spacing_m of \"grid\"");
+    const double finest_m = scene.grid.spacing_m / std::exp2(scene.grid.refine.levels);
     for (const JsonValue& value : polyhedra) {
         const Polyhedron& p = scene.polyhedra.emplace_back(read_polyhedron(value, names, ids));
         double area = 0.0;
@@ -352,13 +353,13 @@ void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
             area += polygon_area_m2(face.vertices_m);
         // What a fill shows may be indoors or outdoors: the coarser grid is certain.
         const double coarser_m = std::max(scene.grid.spacing_m, scene.grid.outdoor_spacing_m);
-        budget.spend(value, area, p.effect == Effect::fill ? coarser_m : scene.grid.spacing_m);
+        budget.spend(value, area, p.effect == Effect::fill ? coarser_m : finest_m);
     }
     for (const JsonValue& value : polygons) {
         const SurfacePolygon& p = scene.polygons.emplace_back(read_polygon(value, names, ids));
         const bool indoor = p.side == Environment::indoor;
         budget.spend(value, polygon_area_m2(p.vertices_m),
-                     indoor ? scene.grid.spacing_m : scene.grid.outdoor_spacing_m);
+                     indoor ? finest_m : scene.grid.outdoor_spacing_m);
     }
     for (const JsonValue& value : apertures) {
         const AperturePolygon& a = scene.apertures.emplace_back(read_aperture(value, names, ids));
@@ -525,6 +526,14 @@ GridOptions read_grid(const JsonValue& value) {
     GridOptions grid;
     grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
     grid.outdoor_spacing_m = read_number(object, "outdoor_spacing_m", spacing_range, grid.outdoor_spacing_m);
+    if (const auto zones = object.find("zones")) grid.zones = read_boolean(*zones);
+    grid.sliver_area = read_number(object, "sliver_area", {0.0, 0.5}, grid.sliver_area);
+    grid.sliver_aspect = read_number(object, "sliver_aspect", {4.0, 1e6}, grid.sliver_aspect);
+    if (const auto value_of_refine = object.find("refine")) {
+        const SceneObject refine(*value_of_refine, scene_keys::refine);
+        grid.refine.levels = read_integer(refine, "levels", {0, 4}, grid.refine.levels);
+        grid.refine.contrast = read_number(refine, "contrast", {0.01, 1.0}, grid.refine.contrast);
+    }
     return grid;
 }
 

@@ -28,7 +28,7 @@ struct Lit {
 
 Lit light(const Scene& scene, const Backend& backend, const DaylightOptions& options = {}) {
     Building building = assemble(scene);
-    PatchGrid grid = make_patch_grid(building, scene.grid);
+    PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
     auto visibility = backend.make(building, grid);
     NoProgress progress;
     DaylightSolution solution = compute_daylight(scene, building, grid, *visibility, options, progress);
@@ -186,4 +186,83 @@ TEST_CASE("a picture shows sky above ground through the window", "[picture]") {
     const Picture picture = draw_view(scene, lit.building, lit.grid, *lit.visibility, lit.solution, view, progress);
     CHECK_THAT(picture.luminance_cd_m2[5].g, WithinRel(1000.0, 1e-9));
     CHECK_THAT(picture.luminance_cd_m2[95].g, WithinRel(0.2 * 1000.0, 1e-9));
+}
+
+namespace {
+
+/// Area-weighted mean illuminance of all surfaces of a room, lx.
+double mean_room_illuminance(const Lit& lit, bool sun_alone) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t p = 0; p < lit.grid.indoor_patch_count; ++p) {
+        const LightBySource total = lit.solution.patch_direct_lx[p] + lit.solution.radiosity.indirect_illuminance_lx[p];
+        sum += lit.grid.patches[p].area_m2 * (sun_alone ? total.other.g : total.total().g);
+        area += lit.grid.patches[p].area_m2;
+    }
+    return sum / area;
+}
+
+Scene sunny_room_with_window() {
+    Scene scene = room_with_window();
+    scene.sky = {.model = SkyModel::cie_clear, .horizontal_illuminance_lx = 12000.0};
+    scene.sun = SunDescription{.altitude_rad = 0.62, .azimuth_rad = 2.75, .direct_normal_illuminance_lx = 70000.0};
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("with zones the mean illuminance hardly depends on the grid spacing", "[daylight][zones][convergence]") {
+    const Backend backend = all_backends().back();
+    Scene scene = sunny_room_with_window();
+    const auto means = [&](double spacing_m, bool zones) {
+        scene.grid.spacing_m = spacing_m;
+        scene.grid.zones = zones;
+        const Lit lit = light(scene, backend);
+        return std::pair{mean_room_illuminance(lit, false), mean_room_illuminance(lit, true)};
+    };
+    const auto coarse = means(1.0, true), fine = means(0.5, true), finest = means(0.25, true);
+    INFO("all light, with zones: " << coarse.first << ", " << fine.first << ", " << finest.first << " lx");
+    CHECK_THAT(fine.first, WithinRel(coarse.first, 0.01));
+    CHECK_THAT(finest.first, WithinRel(fine.first, 0.01));
+    // What is left comes from the sky and the sunlit ground at the window, not from the spots.
+    const auto coarse_without = means(1.0, false), fine_without = means(0.5, false);
+    INFO("sun: with zones " << coarse.second << ", " << fine.second << ", without " << coarse_without.second << ", "
+                            << fine_without.second << " lx");
+    CHECK(std::abs(coarse_without.second / fine_without.second - 1.0) > 2.0 * std::abs(coarse.second / fine.second - 1.0));
+}
+
+TEST_CASE("the sun's light jumps within one pixel at the edge of a sunspot at any grid spacing", "[picture][zones]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = sunny_room_with_window();
+    scene.sky = {.model = SkyModel::uniform, .zenith_luminance_cd_m2 = 1e-3};  // next to nothing but the sun
+    scene.ground.reflectance = {};
+    scene.materials[0].reflectance = grey(0.5);
+    for (const double spacing_m : {1.7, 0.4}) {
+        INFO(spacing_m << " m");
+        scene.grid.spacing_m = spacing_m;
+        const Lit lit = light(scene, backend);
+        NoProgress progress;
+        // Straight down on the floor.
+        const View view{.id = "plan", .from_m = {2, 2.5, 3.2}, .to_m = {2, 2.5, 0}, .up = {0, 1, 0}, .field_of_view_rad = 1.0, .width = 120, .height = 90};
+        const Picture picture = draw_view(scene, lit.building, lit.grid, *lit.visibility, lit.solution, view, progress);
+        const double spot = 70000.0 * std::sin(0.62) * 0.5 / pi;
+        // Outside the spot there is interreflection only, below a tenth of the sun.
+        const auto at = [&](int column, int row) {
+            return picture.luminance_cd_m2[static_cast<std::size_t>(row * 120 + column)].g / spot;
+        };
+        int jumps = 0, gradual = 0;
+        for (int row = 1; row < 89; ++row) {
+            for (int column = 1; column < 119; ++column) {
+                double darkest = 2.0, brightest = 0.0;
+                for (int j = row - 1; j <= row + 1; ++j)
+                    for (int i = column - 1; i <= column + 1; ++i)
+                        darkest = std::min(darkest, at(i, j)), brightest = std::max(brightest, at(i, j));
+                const bool edge = darkest < 0.2 && brightest > 0.95;
+                jumps += edge ? 1 : 0;
+                gradual += !edge && at(column, row) > 0.2 && at(column, row) < 0.95 ? 1 : 0;
+            }
+        }
+        CHECK(jumps > 100);
+        CHECK(gradual == 0);
+    }
 }
