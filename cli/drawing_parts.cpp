@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 namespace naturel {
 namespace {
@@ -25,21 +27,51 @@ std::string sun_colour(double share) {
                        static_cast<int>(colour.z));
 }
 
-dvec2 centroid(const Ring& ring) {
+PlaneExtent paper_extent(const Ring& ring, const SunLabel& label) {
+    PlaneExtent extent;
+    for (const PlanePoint& p : ring)
+        extent.add(label.map.to_paper(label.plane.to_world(p)));
+    return extent;
+}
+
+dvec2 centroid_on_paper(const Ring& ring, const SunLabel& label) {
     double area = 0.0;
     dvec2 moment{};
-    const auto vertex = [&](std::size_t k) {
-        const PlanePoint& p = ring[k % ring.size()];
-        // Relative to the first corner: nanometres of a whole site squared would lose digits.
-        return dvec2{static_cast<double>(p.X - ring[0].X), static_cast<double>(p.Y - ring[0].Y)};
-    };
-    for (std::size_t k = 0; k < ring.size(); ++k) {
-        const dvec2 a = vertex(k), b = vertex(k + 1);
+    const dvec2 first = label.map.to_paper(label.plane.to_world(ring[0]));
+    for (std::size_t k = 1; k + 1 < ring.size(); ++k) {
+        const dvec2 a = label.map.to_paper(label.plane.to_world(ring[k])) - first;
+        const dvec2 b = label.map.to_paper(label.plane.to_world(ring[k + 1])) - first;
         const double cross = a.x * b.y - b.x * a.y;
         area += cross;
         moment += cross * (a + b) / 3.0;
     }
-    return dvec2{static_cast<double>(ring[0].X), static_cast<double>(ring[0].Y)} + moment / area;
+    return first + moment / area;
+}
+
+/// Where a box of a given size lies inside a sunspot, as near to a point as possible.
+std::optional<dvec2> place_inside(const SunLabel& label, const dvec2& size_mm, const dvec2& wanted_mm) {
+    PlaneExtent extent;
+    for (const Ring& ring : label.region) {
+        const PlaneExtent one = paper_extent(ring, label);
+        extent.add(one.low);
+        extent.add(one.high);
+    }
+    if (extent.size().x < size_mm.x || extent.size().y < size_mm.y) return {};
+    constexpr int steps = 12;
+    std::vector<dvec2> centres{wanted_mm};
+    for (int i = 0; i <= steps; ++i)
+        for (int j = 0; j <= steps; ++j)
+            centres.push_back(extent.low + 0.5 * size_mm +
+                              dvec2{i, j} / static_cast<double>(steps) * (extent.size() - size_mm));
+    std::ranges::stable_sort(centres, {}, [&](const dvec2& c) { return glm::distance(c, wanted_mm); });
+    for (const dvec2& centre : centres) {
+        Ring box;
+        for (const dvec2& corner : {dvec2{-0.5, 0.5}, dvec2{0.5, 0.5}, dvec2{0.5, -0.5}, dvec2{-0.5, -0.5}})
+            box.push_back(label.plane.to_plane(label.map.to_world(centre + corner * size_mm)));
+        if (!ClipperLib::Orientation(box)) ClipperLib::ReversePath(box);
+        if (subtract({box}, label.region).empty()) return centre;
+    }
+    return {};
 }
 
 }  // namespace
@@ -112,52 +144,43 @@ void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, Label
     constexpr double size_mm = 2.4;
     // A label should not lie in a sunspot that it does not belong to; on other text it cannot be read.
     constexpr double sunspot_weight = 0.25;
+    // More leaders than these would hide what they explain: the largest sunspots get them.
+    constexpr std::size_t most_leaders = 12;
     struct Outside {
         const SunLabel* label;
-        dvec2 tip_mm;
+        dvec2 tip_mm, size_mm;
+        double area_mm2;
     };
     std::vector<Outside> outside;
     for (const SunLabel& label : labels) {
-        if (area_m2(label.region) * label.map.mm_per_m * label.map.mm_per_m < smallest_labelled_mm2) continue;
-        std::vector<Ring> parts = convex_parts(label.region);
-        if (parts.empty()) continue;
+        const double area_mm2 = area_m2(label.region) * label.map.mm_per_m * label.map.mm_per_m;
+        const std::vector<Ring> parts = convex_parts(label.region);
+        if (area_mm2 < smallest_labelled_mm2 || parts.empty()) continue;
         for (const Ring& part : parts) {
-            PlaneExtent extent;
-            for (const PlanePoint& p : part)
-                extent.add(label.map.to_paper(label.plane.to_world(p)));
+            const PlaneExtent extent = paper_extent(part, label);
             placer.avoid({extent.low, extent.high}, sunspot_weight);
         }
-        std::ranges::stable_sort(parts, [](const Ring& a, const Ring& b) { return area_m2(a) > area_m2(b); });
-        const dvec2 half = 0.5 * dvec2{text_width_mm(label.text, size_mm) + 0.8, size_mm + 0.6};
-        const auto middle_of = [&](const Ring& part) {
-            const dvec2 c = centroid(part);
-            return label.map.to_paper(label.plane.to_world({std::llround(c.x), std::llround(c.y)}));
-        };
-        bool written = false;
-        for (const Ring& part : parts) {
-            const dvec2 middle = middle_of(part);
-            Ring box;
-            for (const dvec2& corner : {dvec2{-1, 1}, dvec2{1, 1}, dvec2{1, -1}, dvec2{-1, -1}})
-                box.push_back(label.plane.to_plane(label.map.to_world(middle + half * corner)));
-            if (!ClipperLib::Orientation(box)) ClipperLib::ReversePath(box);
-            if (!subtract({box}, label.region).empty()) continue;
-            sheet.label("lx", middle + dvec2{0.0, 0.36 * size_mm}, label.text);
-            placer.avoid({middle - half, middle + half});
-            written = true;
-            break;
+        const dvec2 size{text_width_mm(label.text, size_mm) + 0.8, size_mm + 0.6};
+        const Ring& largest =
+            *std::ranges::max_element(parts, {}, [](const Ring& part) { return area_m2(part); });
+        const dvec2 middle = centroid_on_paper(largest, label);
+        if (const auto centre = place_inside(label, size, middle)) {
+            sheet.label("lx", *centre + dvec2{0.0, 0.36 * size_mm}, label.text);
+            placer.avoid({*centre - 0.5 * size, *centre + 0.5 * size});
+        } else {
+            outside.push_back({&label, middle, size, area_mm2});
         }
-        if (written) continue;
-        outside.push_back({&label, middle_of(parts.front())});
     }
-    for (const auto& [label, tip] : outside) {
-        const dvec2 size{text_width_mm(label->text, size_mm) + 0.8, size_mm + 0.6};
-        const PaperBox box = placer.place_beside(tip, size);
-        const dvec2 end = glm::clamp(tip, box.low_mm, box.high_mm);
-        sheet.line("leader", tip, end);
-        sheet.dot("tip", tip, 0.35);
-        sheet.label("lx", {0.5 * (box.low_mm.x + box.high_mm.x), box.high_mm.y - 0.7}, label->text);
+    std::ranges::stable_sort(outside, std::greater<>(), &Outside::area_mm2);
+    outside.resize(std::min(outside.size(), most_leaders));
+    for (const Outside& spot : outside) {
+        const PaperBox box = placer.place_beside(spot.tip_mm, spot.size_mm);
+        sheet.line("leader", spot.tip_mm, glm::clamp(spot.tip_mm, box.low_mm, box.high_mm));
+        sheet.dot("tip", spot.tip_mm, 0.35);
+        sheet.label("lx", {0.5 * (box.low_mm.x + box.high_mm.x), box.high_mm.y - 0.7}, spot.label->text);
     }
 }
+
 void draw_header(SvgSheet& sheet, const DrawingContext& context, const DrawnFloor& floor,
                  const std::string& what, double scale) {
     const Scene& scene = context.report.scene;

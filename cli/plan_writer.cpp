@@ -62,18 +62,19 @@ void draw_apertures(SvgSheet& sheet, const DrawingContext& context, const Storey
     for (const ApertureId id : storey.apertures) {
         const Aperture& aperture = building.apertures[index(id)];
         sheet.open_group("aperture", aperture.name);
+        bool cut = false;
         for (const FacetId part : aperture.facets) {
-            const std::vector<dvec3>& polygon = building.facets[index(part)].vertices_m;
-            const std::vector<dvec3> ends = cut_at_height(polygon, storey.cut_m);
-            if (ends.size() != 2) {
-                std::string data;
-                append_polygon(data, polygon, map);
-                sheet.path("window-above", data);
-                continue;
-            }
+            const std::vector<dvec3> ends =
+                cut_at_height(building.facets[index(part)].vertices_m, storey.cut_m);
+            if (ends.size() != 2) continue;
             const dvec2 a = map.to_paper(ends[0]), b = map.to_paper(ends[1]);
             sheet.line("window-gap", a, b);
             sheet.line("window", a, b);
+            cut = true;
+        }
+        if (!cut) {
+            const Face& face = building.faces[index(aperture.face)];
+            sheet.path("window-above", path_of(face.region, face.plane, map));
         }
         const dvec2 middle = map.to_paper(aperture.centroid_m);
         const dvec2 outwards = dvec2{-aperture.normal.x, aperture.normal.y};

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -66,36 +65,18 @@ double overlap_mm2(const PaperBox& a, const PaperBox& b) {
     return std::max(0.0, size.x) * std::max(0.0, size.y);
 }
 
-/// Length in bytes of the UTF-8 character that a text begins with; 0 when it is none that XML allows.
-std::size_t character_length(std::string_view text) {
-    const auto byte = [&](std::size_t k) {
-        return static_cast<unsigned>(static_cast<unsigned char>(text[k]));
-    };
-    const unsigned first = byte(0);
-    if (first < 0x80) return first >= 0x20 || first == '\t' || first == '\n' || first == '\r' ? 1 : 0;
-    const std::size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-    if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-    unsigned code = first & (0xffu >> (length + 1));
-    for (std::size_t k = 1; k < length; ++k) {
-        if ((byte(k) & 0xc0u) != 0x80u) return 0;
-        code = code << 6 | (byte(k) & 0x3fu);
-    }
-    constexpr std::array<unsigned, 5> least{0, 0, 0x80, 0x800, 0x10000};
-    const bool surrogate = code >= 0xd800 && code < 0xe000;
-    return code < least[length] || code > 0x10ffff || surrogate || code == 0xfffe || code == 0xffff ? 0
-                                                                                                    : length;
-}
-
 }  // namespace
 
 std::string xml_text(std::string_view text) {
     std::string safe;
-    while (!text.empty()) {
-        const std::size_t length = character_length(text);
-        switch (length == 0 ? '\0' : text[0]) {
-            case '\0':
-                safe += "\xef\xbf\xbd";
-                break;  // the replacement character
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        const std::string_view character = text.substr(k, 3);
+        if (character == "\xef\xbf\xbe" || character == "\xef\xbf\xbf") {
+            safe += "\xef\xbf\xbd";  // U+FFFE and U+FFFF are no characters in XML: the replacement character
+            k += 2;
+            continue;
+        }
+        switch (text[k]) {
             case '&':
                 safe += "&amp;";
                 break;
@@ -109,9 +90,8 @@ std::string xml_text(std::string_view text) {
                 safe += "&quot;";
                 break;
             default:
-                safe += text.substr(0, length);
+                safe += text[k];
         }
-        text.remove_prefix(std::max<std::size_t>(1, length));
     }
     return safe;
 }

@@ -165,6 +165,7 @@ std::string draw_walls(const DrawingContext& context, const DrawnFloor& floor) {
             const double y_mm = top_mm + mm_per_m * (row.heights_m.high.y - z_m);
             sheet.line("level", {left_mm - 2.0, y_mm}, {left_mm + row.width_mm, y_mm});
             sheet.text("small", {margin_mm, y_mm + 0.7}, metres_text(z_m));
+            placer.avoid({{margin_mm, y_mm - 1.5}, {left_mm - 2.0, y_mm + 1.5}});
         }
         draw_sun_labels(sheet, labels, placer);
         top_mm += height_mm + names_mm;
