@@ -30,7 +30,8 @@ std::string compass_word(const glm::dvec3& outward, double north_rad) {
 
 std::string orientation(const glm::dvec3& outward, double north_rad) {
     const std::string word = compass_word(outward, north_rad);
-    return word == "up" || word == "down" ? word : fmt::format("{}, tilt {:.0f} deg", word, tilt_deg(outward));
+    return word == "up" || word == "down" ? word
+                                          : fmt::format("{}, tilt {:.0f} deg", word, tilt_deg(outward));
 }
 
 }  // namespace naturel

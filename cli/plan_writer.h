@@ -1,20 +1,12 @@
 #pragma once
 #include <string>
-#include <vector>
 
-#include "cli/zone_writer.h"
-#include "core/patch_grid.h"
+#include "cli/drawing_parts.h"
 
 namespace naturel {
 
-/// A drawing and the name of its file.
-struct Drawing {
-    std::string file;  ///< "floor_1_plan.svg", "floor_1_walls.svg"
-    std::string svg;
-};
-
-/// For every floor of the building a plan, cut 1 m over the floor, and its walls unrolled, both with grid, sunspots and
-/// umbra zones, to scale. A building without indoor surfaces has none.
-std::vector<Drawing> draw_zones(const ZoneReport& report, const PatchGrid& grid);
+/// The plan of a floor, cut 1 m over it, with its level surfaces from above: SVG text. Empty for a floor
+/// without extent.
+std::string draw_plan(const DrawingContext& context, const DrawnFloor& floor);
 
 }  // namespace naturel

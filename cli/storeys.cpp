@@ -86,8 +86,8 @@ std::vector<Heights> face_heights(const Building& building) {
     return heights;
 }
 
-/// Walls that the section meets come first, as somebody sees them who turns to the right, from the south-west corner
-/// of each room.
+/// Walls that the section meets come first, as somebody sees them who turns to the right, from the south-west
+/// corner of each room.
 void order_walls(const Scene& scene, const Building& building, Storey& storey) {
     struct Trace {
         FaceId wall;
@@ -111,7 +111,8 @@ void order_walls(const Scene& scene, const Building& building, Storey& storey) {
     const PlaneFrame plan = plan_frame(storey.cut_m);
     for (Ring ring : indoor_air_at_height(scene, storey.cut_m)) {
         std::ranges::reverse(ring);
-        std::ranges::rotate(ring, std::ranges::min_element(ring, [](const PlanePoint& a, const PlanePoint& b) {
+        std::ranges::rotate(ring,
+                            std::ranges::min_element(ring, [](const PlanePoint& a, const PlanePoint& b) {
                                 return a.X != b.X ? a.X < b.X : a.Y < b.Y;
                             }));
         for (std::size_t k = 0; k < ring.size(); ++k) {
@@ -168,7 +169,8 @@ Region solid_at_height(const Scene& scene, double z_m, const Ring& rectangle) {
     for (const Polyhedron& polyhedron : scene.polyhedra) {
         const Ring cut = section(polyhedron, plan);
         if (cut.empty()) continue;
-        solid = polyhedron.effect == Effect::fill ? unite(solid, intersect({cut}, {rectangle})) : subtract(solid, {cut});
+        solid = polyhedron.effect == Effect::fill ? unite(solid, intersect({cut}, {rectangle}))
+                                                  : subtract(solid, {cut});
     }
     return without_slivers(solid);
 }
@@ -199,7 +201,8 @@ std::vector<Storey> find_storeys(const Scene& scene, const Building& building) {
     };
     for (std::size_t f = 0; f < building.faces.size(); ++f) {
         const Face& face = building.faces[f];
-        if (face.environment == Environment::outdoor || face.aperture || heights[f].low_m > heights[f].high_m) continue;
+        if (face.environment == Environment::outdoor || face.aperture || heights[f].low_m > heights[f].high_m)
+            continue;
         Storey& storey = storey_of(0.5 * (heights[f].low_m + heights[f].high_m));
         if (is_level(face))
             storey.levels.push_back(make_id<FaceId>(f));

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -17,8 +16,8 @@ namespace {
 
 using glm::dvec2;
 
-// Colours of Okabe and Ito's set and their neighbours: orange against blue-grey is told apart with any colour vision,
-// and in grey print the dots of the sun and the strokes of the umbra remain.
+// Colours of Okabe and Ito's set and their neighbours: orange against blue-grey is told apart with any colour
+// vision, and in grey print the dots of the sun and the strokes of the umbra remain.
 constexpr std::string_view style = R"css(<style>
 text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif; font-size: 2.6px; fill: #222 }
 .title { font-size: 5px; font-weight: bold }
@@ -35,7 +34,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .umbra-strokes { fill: url(#strokes); fill-rule: evenodd }
 .sun { stroke: #b34700; stroke-width: 0.18; stroke-linejoin: round; fill-rule: evenodd }
 .sun-dots { fill: url(#dots); fill-rule: evenodd }
-.grid { fill: none; stroke: #7d7d7d; stroke-width: 0.06; stroke-opacity: 0.8 }
+.grid { fill: none; stroke: #6b6b6b; stroke-width: 0.07 }
 .outline { fill: none; stroke: #222; stroke-width: 0.25; stroke-linejoin: round }
 .cut { fill: #4b4f55; stroke: #111; stroke-width: 0.4; stroke-linejoin: round; fill-rule: evenodd }
 .room { fill: none; stroke: #111; stroke-width: 0.4; stroke-linejoin: round }
@@ -66,38 +65,33 @@ double overlap_mm2(const PaperBox& a, const PaperBox& b) {
     return std::max(0.0, size.x) * std::max(0.0, size.y);
 }
 
-/// Length in bytes of the UTF-8 character that a text begins with; 0 when it is none that XML allows.
-std::size_t character_length(std::string_view text) {
-    const auto byte = [&](std::size_t k) { return static_cast<unsigned>(static_cast<unsigned char>(text[k])); };
-    const unsigned first = byte(0);
-    if (first < 0x80) return first >= 0x20 || first == '\t' || first == '\n' || first == '\r' ? 1 : 0;
-    const std::size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
-    if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
-    unsigned code = first & (0xffu >> (length + 1));
-    for (std::size_t k = 1; k < length; ++k) {
-        if ((byte(k) & 0xc0u) != 0x80u) return 0;
-        code = code << 6 | (byte(k) & 0x3fu);
-    }
-    constexpr std::array<unsigned, 5> least{0, 0, 0x80, 0x800, 0x10000};
-    const bool surrogate = code >= 0xd800 && code < 0xe000;
-    return code < least[length] || code > 0x10ffff || surrogate || code == 0xfffe || code == 0xffff ? 0 : length;
-}
-
 }  // namespace
 
 std::string xml_text(std::string_view text) {
     std::string safe;
-    while (!text.empty()) {
-        const std::size_t length = character_length(text);
-        switch (length == 0 ? '\0' : text[0]) {
-            case '\0': safe += "\xef\xbf\xbd"; break;  // the replacement character
-            case '&': safe += "&amp;"; break;
-            case '<': safe += "&lt;"; break;
-            case '>': safe += "&gt;"; break;
-            case '"': safe += "&quot;"; break;
-            default: safe += text.substr(0, length);
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        const std::string_view character = text.substr(k, 3);
+        if (character == "\xef\xbf\xbe" || character == "\xef\xbf\xbf") {
+            safe += "\xef\xbf\xbd";  // U+FFFE and U+FFFF are no characters in XML: the replacement character
+            k += 2;
+            continue;
         }
-        text.remove_prefix(std::max<std::size_t>(1, length));
+        switch (text[k]) {
+            case '&':
+                safe += "&amp;";
+                break;
+            case '<':
+                safe += "&lt;";
+                break;
+            case '>':
+                safe += "&gt;";
+                break;
+            case '"':
+                safe += "&quot;";
+                break;
+            default:
+                safe += text[k];
+        }
     }
     return safe;
 }
@@ -108,9 +102,10 @@ std::string millimetres(double value_mm) {
 }
 
 double text_width_mm(std::string_view text, double size_mm) {
-    // UTF-8 continuation bytes take no room. 0.56: the mean character of Helvetica in bold is less wide, that of
-    // DejaVu Sans little more.
-    const auto characters = std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; });
+    // UTF-8 continuation bytes take no room. 0.56: the mean character of Helvetica in bold is less wide, that
+    // of DejaVu Sans little more.
+    const auto characters =
+        std::ranges::count_if(text, [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; });
     return 0.56 * size_mm * static_cast<double>(characters);
 }
 
@@ -153,7 +148,8 @@ void SvgSheet::open_group(std::string_view css_class, std::string_view title) {
 
 void SvgSheet::path(std::string_view css_class, std::string_view data, std::string_view extra) {
     if (data.empty()) return;
-    body_ += fmt::format("<path class=\"{}\" d=\"{}\"{}{}/>\n", css_class, data, extra.empty() ? "" : " ", extra);
+    body_ +=
+        fmt::format("<path class=\"{}\" d=\"{}\"{}{}/>\n", css_class, data, extra.empty() ? "" : " ", extra);
 }
 
 void SvgSheet::line(std::string_view css_class, const dvec2& a_mm, const dvec2& b_mm) {
@@ -168,8 +164,8 @@ void SvgSheet::rectangle(std::string_view css_class, const PaperBox& box, std::s
 }
 
 void SvgSheet::dot(std::string_view css_class, const dvec2& centre_mm, double radius_mm) {
-    body_ += fmt::format("<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n", css_class, millimetres(centre_mm.x),
-                         millimetres(centre_mm.y), millimetres(radius_mm));
+    body_ += fmt::format("<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n", css_class,
+                         millimetres(centre_mm.x), millimetres(centre_mm.y), millimetres(radius_mm));
 }
 
 void SvgSheet::text(std::string_view css_class, const dvec2& at_mm, std::string_view text) {
@@ -182,11 +178,13 @@ void SvgSheet::label(std::string_view css_class, const dvec2& at_mm, std::string
     text(css_class, at_mm, words);
 }
 
-std::string SvgSheet::finish(const dvec2& size_mm, std::string_view title, std::string_view description) const {
+std::string SvgSheet::finish(const dvec2& size_mm, std::string_view title,
+                             std::string_view description) const {
     const std::string width = millimetres(size_mm.x), height = millimetres(size_mm.y);
     std::string file = fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" role=\"img\" "
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}mm\" height=\"{1}mm\" viewBox=\"0 0 {0} {1}\" "
+        "role=\"img\" "
         "aria-labelledby=\"title description\">\n"
         "<title id=\"title\">{2}</title>\n<desc id=\"description\">{3}</desc>\n",
         width, height, xml_text(title), xml_text(description));

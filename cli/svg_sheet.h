@@ -8,7 +8,8 @@
 
 namespace naturel {
 
-/// Text as it may stand between tags and in attributes: without what XML 1.0 forbids, UTF-8.
+/// Text as it may stand between tags and in attributes.
+/// text: UTF-8 without control characters, as the reader lets names pass.
 std::string xml_text(std::string_view text);
 
 /// A length or coordinate, mm, to the micrometre.

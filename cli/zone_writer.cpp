@@ -114,7 +114,8 @@ std::string illuminance_words(const ZoneReport& report, FaceId face) {
 }  // namespace
 
 std::optional<SunBeam> sun_beam(const Scene& scene) {
-    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0) return {};
+    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
+        return {};
     return SunBeam{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
                    scene.sun->direct_normal_illuminance_lx};
 }
@@ -200,7 +201,8 @@ std::string zones_table(const ZoneReport& report) {
                         lx.empty() ? "-" : lx, metres(sizes.umbra_m2)});
     }
     const ZoneSizes totals = indoor_zone_sizes(report);
-    rows.push_back({"all indoor faces", metres(totals.area_m2), metres(totals.sunspot_m2), "", metres(totals.umbra_m2)});
+    rows.push_back(
+        {"all indoor faces", metres(totals.area_m2), metres(totals.sunspot_m2), "", metres(totals.umbra_m2)});
 
     std::size_t name_width = 0, lx_width = 0;
     for (const Row& row : rows) {
@@ -209,14 +211,16 @@ std::string zones_table(const ZoneReport& report) {
     }
     std::string text = fmt::format("{}: {}\n", report.scene.name, sun_words(report));
     for (const Row& row : rows)
-        text += fmt::format("  {:<{}}  {:>10}  {:>10}  {:>{}}  {:>10}\n", row.face, name_width, row.area, row.sunspot,
-                            row.illuminance, lx_width, row.umbra);
+        text += fmt::format("  {:<{}}  {:>10}  {:>10}  {:>{}}  {:>10}\n", row.face, name_width, row.area,
+                            row.sunspot, row.illuminance, lx_width, row.umbra);
     double unobstructed_lm = 0.0;
     for (const Aperture& aperture : report.building.apertures)
         unobstructed_lm += unobstructed_sun_lm(report, aperture);
     if (report.sun)
-        text += fmt::format("  sun: {:.1f} lm on indoor surfaces; {:.1f} lm would fall on the apertures with nothing before them\n",
-                            totals.sun_lm, unobstructed_lm);
+        text += fmt::format(
+            "  sun: {:.1f} lm on indoor surfaces; {:.1f} lm would fall on the apertures with nothing before "
+            "them\n",
+            totals.sun_lm, unobstructed_lm);
     return text;
 }
 

@@ -6,7 +6,7 @@
 
 #include "cli/file_writer.h"
 #include "cli/grid_limit.h"
-#include "cli/plan_writer.h"
+#include "cli/zone_drawings.h"
 #include "cli/zone_writer.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
