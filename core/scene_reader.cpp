@@ -7,11 +7,13 @@
 #include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "core/colour.h"
 #include "core/errors.h"
+#include "core/glazing.h"
 #include "core/json_document.h"
 #include "core/polyhedra.h"
 #include "core/scene_keys.h"
@@ -114,6 +116,24 @@ Material read_surface(const std::string& name, const SceneObject& object, Primar
     return material;
 }
 
+/// What a glazing lets through and what it reflects is no more than what falls on it.
+void check_energy(const SceneObject& object, const Glazing& glazing) {
+    const Band3 through = GlazingTransmission(glazing).diffuse_transmittance();
+    const Band3& back = glazing.inner_reflectance;
+    // An opening that lets all light pass has 1 only within the rounding of a numerical integral.
+    constexpr double rounding = 1e-9;
+    for (const auto& [band, transmittance, reflectance] :
+         {std::tuple{"red", through.r, back.r}, {"green", through.g, back.g}, {"blue", through.b, back.b}}) {
+        if (transmittance + reflectance <= 1.0 + rounding) continue;
+        object.find("inner_reflectance")
+            .value_or(object.at("normal_transmittance"))
+            .refuse(fmt::format(
+                "of diffuse light in the {} band the glazing lets {:.3f} through and reflects {:.3f}, together "
+                "{:.3f} (at most 1: it cannot give more light than it gets)",
+                band, transmittance, reflectance, transmittance + reflectance));
+    }
+}
+
 Glazing read_glazing(const std::string& name, const JsonValue& value) {
     const SceneObject object(value, scene_keys::glazing);
     Glazing glazing{.name = name};
@@ -129,6 +149,8 @@ Glazing read_glazing(const std::string& name, const JsonValue& value) {
         glazing.inner_reflectance = read_bands(*inner, reflectance_range);
     glazing.maintenance = read_number(object, "maintenance", share_range, glazing.maintenance);
     glazing.frame = read_number(object, "frame", share_range, glazing.frame);
+
+    check_energy(object, glazing);
     return glazing;
 }
 
