@@ -11,7 +11,6 @@
 
 #include "cli/csv_writer.h"
 #include "cli/file_writer.h"
-#include "cli/grid_limit.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
 #include "cli/zone_writer.h"
@@ -205,7 +204,6 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);
-    if (options.grid_spacing_m) refuse_too_fine_grid(building, *options.grid_spacing_m);
     shared_clock.end_stage("assembly");
     // Found even where the grid does not follow them: zones.json tells of them.
     const std::optional<SunBeam> sun = sun_beam(scene);

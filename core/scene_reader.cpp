@@ -32,7 +32,7 @@ using glm::dvec3;
 constexpr double largest_reflectance = 0.99;
 /// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
 constexpr double largest_light = 1e10;
-/// More patches or sensors than this would fill the memory of a large machine, whatever the method.
+/// More sensors than this would fill the memory of a large machine, whatever the method.
 constexpr double most_points = 1e7;
 
 constexpr Range reflectance_range{0.0, largest_reflectance};
@@ -340,24 +340,6 @@ AperturePolygon read_aperture(const JsonValue& value, const Names& names, Unique
     return aperture;
 }
 
-/// Counts the points or cells of a grid as if nothing were cut away, and stops what no memory could hold.
-class PointBudget {
-public:
-    PointBudget(std::string_view who, std::string_view remedy) : who_(who), remedy_(remedy) {}
-
-    void spend(const JsonValue& at, double area_m2, double spacing_m) {
-        points_ += area_m2 / (spacing_m * spacing_m);
-        if (points_ > most_points) {
-            at.refuse(fmt::format("up to here {} about {:.2g} points (at most {:.2g}: make {} larger)", who_,
-                                  points_, most_points, remedy_));
-        }
-    }
-
-private:
-    std::string_view who_, remedy_;
-    double points_ = 0.0;
-};
-
 void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
     const std::vector<JsonValue> polyhedra = read_list(root, "polyhedra", "polyhedra");
     const std::vector<JsonValue> polygons = read_list(root, "polygons", "polygons");
@@ -366,27 +348,12 @@ void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
         root.refuse("the scene has no geometry (at least one polyhedron or polygon is needed)");
     }
     UniqueIds ids;
-    PointBudget budget("the calculation grid has", "spacing_m or outdoor_spacing_m of \"grid\"");
-    const double finest_m = scene.grid.spacing_m / std::exp2(scene.grid.refine.levels);
-    for (const JsonValue& value : polyhedra) {
-        const Polyhedron& p = scene.polyhedra.emplace_back(read_polyhedron(value, names, ids));
-        double area = 0.0;
-        for (const PolyhedronFace& face : polyhedron_faces(p))
-            area += polygon_area_m2(face.vertices_m);
-        // What a fill shows may be indoors or outdoors: the coarser grid is certain.
-        const double coarser_m = std::max(scene.grid.spacing_m, scene.grid.outdoor_spacing_m);
-        budget.spend(value, area, p.effect == Effect::fill ? coarser_m : finest_m);
-    }
-    for (const JsonValue& value : polygons) {
-        const SurfacePolygon& p = scene.polygons.emplace_back(read_polygon(value, names, ids));
-        const bool indoor = p.side == Environment::indoor;
-        budget.spend(value, polygon_area_m2(p.vertices_m),
-                     indoor ? finest_m : scene.grid.outdoor_spacing_m);
-    }
-    for (const JsonValue& value : apertures) {
-        const AperturePolygon& a = scene.apertures.emplace_back(read_aperture(value, names, ids));
-        budget.spend(value, polygon_area_m2(a.vertices_m), scene.grid.spacing_m);
-    }
+    for (const JsonValue& value : polyhedra)
+        scene.polyhedra.push_back(read_polyhedron(value, names, ids));
+    for (const JsonValue& value : polygons)
+        scene.polygons.push_back(read_polygon(value, names, ids));
+    for (const JsonValue& value : apertures)
+        scene.apertures.push_back(read_aperture(value, names, ids));
 }
 
 /// What the sun's position by the clock needs of a place.
@@ -582,6 +549,22 @@ SensorPoint read_sensor_point(const JsonValue& value) {
     return {.position_m = {x, y, z}, .normal = normal / length};
 }
 
+/// Counts the points of sensor grids as if nothing were cut away, and stops what no memory could hold.
+class PointBudget {
+public:
+    void spend(const JsonValue& at, double area_m2, double spacing_m) {
+        points_ += area_m2 / (spacing_m * spacing_m);
+        if (points_ > most_points) {
+            at.refuse(fmt::format("up to here the sensor grids have about {:.2g} points (at most {:.2g}: make "
+                                  "their spacing_m larger)",
+                                  points_, most_points));
+        }
+    }
+
+private:
+    double points_ = 0.0;
+};
+
 /// Upper limit of the floor area of the indoor air: the shadows that what encloses it casts on the ground.
 double indoor_shadow_m2(const Scene& scene) {
     const auto shadow_m2 = [](std::vector<dvec3> ring) {
@@ -686,7 +669,7 @@ Scene read_document(const JsonDocument& document) {
     read_geometry(root, names, scene);
     read_light(root, site, scene);
     UniqueIds sensor_ids, view_ids;
-    PointBudget sensor_budget("the sensor grids have", "their spacing_m");
+    PointBudget sensor_budget;
     const double indoor_area_m2 = indoor_shadow_m2(scene);
     for (const JsonValue& value : read_list(root, "sensors", "sensor sets")) {
         scene.sensors.push_back(read_sensors(value, sensor_ids, indoor_area_m2, sensor_budget));

@@ -98,5 +98,5 @@ TEST_CASE("a grid too fine for any machine is refused", "[cli]") {
     write(folder / "room.json", small_room);
     check_failure(run_naturel({"run", (folder / "room.json").string(), "--out", (folder / "out").string(),
                                "--grid-spacing", "0.001"}),
-                  3, "--grid-spacing");
+                  3, "\"spacing_m\" of \"grid\" larger");
 }
