@@ -13,6 +13,7 @@
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
+#include "cli/physical_memory.h"
 #include "cli/zone_writer.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
@@ -221,6 +222,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const std::filesystem::path folder = options.out / backend.name;
         StageClock clock(shared_clock.stages());
         const std::unique_ptr<Visibility> visibility = backend.make(building, grid, options.backends);
+        refuse_excessive_memory(*visibility, grid, physical_memory_bytes(), progress);
         clock.end_stage("visibility");
         const DaylightSolution solution =
             compute_daylight(scene, building, grid, *visibility, options.daylight, progress);
