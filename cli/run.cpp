@@ -178,6 +178,17 @@ void print(std::FILE* file, const std::string& text) {
     std::fflush(file);
 }
 
+/// A line for every set with points that are not where people are.
+std::string misplaced_sensors(const std::vector<SensorSetStatistics>& sets) {
+    std::string text;
+    for (const SensorSetStatistics& set : sets)
+        if (set.points_in_solid > 0 || set.points_outdoors > 0)
+            text += fmt::format(
+                "sensors \"{}\": of {} points {} inside a solid (left empty in sensors.csv), {} outdoors\n",
+                set.id, set.points, set.points_in_solid, set.points_outdoors);
+    return text;
+}
+
 /// What is kept of one backend to compare it with the next.
 struct SensorTotals {
     std::string backend;
@@ -251,6 +262,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())
                 times += fmt::format("; {} {:.2f} s", stage.stage, stage.seconds);
+            // Where sensors are does not depend on the backend.
+            if (totals.empty()) times = misplaced_sensors(sets) + times;
             print(stderr, times + "\n");
         }
         converged = converged && solution.radiosity.converged;
