@@ -189,15 +189,31 @@ std::string misplaced_sensors(const std::vector<SensorSetStatistics>& sets) {
     return text;
 }
 
+std::filesystem::path comparison_file(const std::filesystem::path& out, std::string_view backend,
+                                      std::string_view reference) {
+    return out / fmt::format("{}_minus_{}.json", backend, reference);
+}
+
+/// Files beside the folders of the backends speak of the run that wrote them, and would outlive it.
+void remove_results_of_earlier_run(const std::filesystem::path& out) {
+    std::error_code absent;
+    std::filesystem::remove(out / "zones.json", absent);
+    for (const Backend& backend : all_backends())
+        for (const Backend& reference : all_backends())
+            std::filesystem::remove(comparison_file(out, backend.name, reference.name), absent);
+}
+
 /// What is kept of one backend to compare it with the next.
 struct SensorTotals {
-    std::string backend;
+    ComparedBackend backend;
     std::vector<Sensor> sensors;
     std::vector<double> total_lx;  ///< luminous, [sensors]
 };
 
 SensorTotals sensor_totals(const Result& result) {
-    SensorTotals totals{std::string(result.visibility.name()), result.solution.sensors, {}};
+    SensorTotals totals{{std::string(result.visibility.name()), result.visibility.settings()},
+                        result.solution.sensors,
+                        {}};
     for (const PointIlluminance& point : result.solution.sensor_values)
         totals.total_lx.push_back(result.primaries.luminous(point.total_lx()));
     return totals;
@@ -213,6 +229,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         make_writable_folder(options.out / backend.name);
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
     }
+    remove_results_of_earlier_run(options.out);
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);
@@ -275,9 +292,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         for (std::size_t k = 0; k + 1 < totals.size(); ++k) {
             const auto sets =
                 compare_sensor_sets(scene, reference.sensors, totals[k].total_lx, reference.total_lx);
-            print(stdout, account(totals[k].backend, reference.backend, sets));
-            write_file(options.out / fmt::format("{}_minus_{}.json", totals[k].backend, reference.backend),
-                       comparison_json(totals[k].backend, reference.backend, sets));
+            print(stdout, account(totals[k].backend.name, reference.backend.name, sets));
+            write_file(comparison_file(options.out, totals[k].backend.name, reference.backend.name),
+                       comparison_json(scene, options.scene, totals[k].backend, reference.backend, sets));
         }
     }
     return converged ? ExitCode::done : ExitCode::not_converged;
