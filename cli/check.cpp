@@ -201,9 +201,12 @@ void warn_of_sun(const CheckedScene& checked, Report& report) {
     if (!checked.scene.sun) return;
     const SunDescription& sun = *checked.scene.sun;
     if (sun.altitude_rad <= 0.0)
-        report.warn("the sun stands at {:.1f} deg, below the horizon: it gives no light",
+        report.warn("the sun stands at {:.1f} deg, not above the horizon: it gives no light",
                     degrees_from_radians(sun.altitude_rad));
-    if (sun.direct_normal_illuminance_lx <= 0.0)
+    // A clear sky needs the place of the sun, whether or not it shines.
+    const bool clear = checked.scene.sky.model == SkyModel::cie_clear ||
+                       checked.scene.sky.model == SkyModel::cie_clear_polluted;
+    if (sun.direct_normal_illuminance_lx <= 0.0 && !clear)
         report.warn("the sun is given a place but no direct_normal_illuminance_lx: it gives no light");
 }
 

@@ -486,9 +486,8 @@ SunDescription read_sun(const JsonValue& value, const std::optional<JsonValue>& 
     const SunAngles angles = read_sun_angles(object, site_value, site);
     SunDescription sun{.altitude_rad = angles.altitude_rad,
                        .azimuth_rad = model_azimuth(angles.azimuth_rad, site.north_rad)};
-    const double illuminance_lx =
+    sun.direct_normal_illuminance_lx =
         read_number(object, "direct_normal_illuminance_lx", {0.0, largest_light, "lx"}, 0.0);
-    if (sun.altitude_rad > 0.0) sun.direct_normal_illuminance_lx = illuminance_lx;
     return sun;
 }
 

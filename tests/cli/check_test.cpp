@@ -50,7 +50,7 @@ TEST_CASE("check warns of materials, a sun, sensors and views that are probably 
                      {"[[2, 3, 1.2, 0, -1, 0]]", "[[2, 0.2, 0.5, 0, -1, 0], [2, -3, 0.5, 0, -1, 0]]"},
                      {"\"from\": [2, 3, 1.5]", "\"from\": [2, 3.8, 1.5]"}});
     check_says(report, "warning: material \"wall\" reflects 0.970");
-    check_says(report, "below the horizon");
+    check_says(report, "not above the horizon");
     check_says(report, "1 of 2 points inside a solid");
     check_says(report, "1 of 2 points outdoors");
     check_says(report, "view \"to: window\" looks from inside a solid");
