@@ -89,22 +89,35 @@ GlazingId read_glazing_name(const JsonValue& value, const Names& names) {
     refuse_unknown(value, "glazing", names.glazings);
 }
 
+struct Colour {
+    Band3 reflectance;
+    Desaturation desaturation;
+};
+
 /// Colours outside the gamut of the primaries are desaturated, not refused (core/colour.h).
-Band3 read_xyY(const JsonValue& value, PrimariesName primaries) {
+Colour read_xyY(const JsonValue& value, PrimariesName primaries_name) {
     // No real colour has less (the violet end of the spectrum: 0.0048), and X = x Y / y must stay finite.
     constexpr double smallest_y = 0.001;
     const auto [x, y, luminance_factor] =
         read_numbers<3>(value, "x, y, Y", {share_range, Range{smallest_y, 1.0}, reflectance_range});
     if (x + y > 1.0) value.refuse(fmt::format("x + y is {} (at most 1; D65 grey is 0.3127, 0.3290)", x + y));
-    return reflectance_from_xyY(Primaries(primaries), x, y, luminance_factor, largest_reflectance)
-        .reflectance;
+    const Primaries primaries(primaries_name);
+    const FittedReflectance fitted =
+        reflectance_from_xyY(primaries, x, y, luminance_factor, largest_reflectance);
+    if (fitted.saturation_kept >= 1.0) return {fitted.reflectance, {}};
+    const dvec3 shown = xyY_from_xyz(primaries.xyz(fitted.reflectance));
+    return {fitted.reflectance, {fitted.saturation_kept, std::hypot(shown.x - x, shown.y - y)}};
 }
 
 Material read_surface(const std::string& name, const SceneObject& object, PrimariesName primaries) {
     Material material{.name = name};
     if (const auto value = object.find("reflectance"))
         material.reflectance = grey(read_number(*value, reflectance_range));
-    if (const auto value = object.find("xyY")) material.reflectance = read_xyY(*value, primaries);
+    if (const auto value = object.find("xyY")) {
+        const Colour colour = read_xyY(*value, primaries);
+        material.reflectance = colour.reflectance;
+        material.desaturation = colour.desaturation;
+    }
     if (const auto value = object.find("rgb")) {
         if (value->kind() != JsonKind::list)
             value->refuse(value->describe() + " stands where [r, g, b] belongs (three reflectances)");
@@ -190,10 +203,12 @@ Ground read_ground(const JsonValue& value, PrimariesName primaries) {
     Ground ground;
     ground.z_m = read_number(object, "z", coordinate_range, ground.z_m);
     if (const auto reflectance = object.find("reflectance")) {
-        ground.reflectance =
+        const Colour colour =
             reflectance->kind() == JsonKind::object
                 ? read_xyY(SceneObject(*reflectance, scene_keys::ground_colour).at("xyY"), primaries)
-                : read_bands(*reflectance, reflectance_range);
+                : Colour{read_bands(*reflectance, reflectance_range), {}};
+        ground.reflectance = colour.reflectance;
+        ground.desaturation = colour.desaturation;
     }
     return ground;
 }
