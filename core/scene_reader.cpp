@@ -649,6 +649,13 @@ View read_view(const JsonValue& value, UniqueIds& ids) {
         radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
     view.width = read_integer(object, "width", pixels, view.width);
     view.height = read_integer(object, "height", pixels, view.height);
+    // A picture of so many pixels takes 4 GB while it is drawn.
+    constexpr double most_megapixels = 64.0;
+    const double megapixels = 1e-6 * view.width * view.height;
+    if (megapixels > most_megapixels) {
+        value.refuse(fmt::format("the picture has {} x {} pixels, {:.1f} million (at most {:.0f} million)",
+                                 view.width, view.height, megapixels, most_megapixels));
+    }
     return view;
 }
 
