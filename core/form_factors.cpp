@@ -341,8 +341,8 @@ FormFactorSample sample_form_factors(const Visibility& visibility, const PatchGr
     });
 
     const auto worst = std::ranges::max_element(lost);
-    return {.mean_row_length = static_cast<double>(std::accumulate(entries.begin(), entries.end(), std::size_t{0})) /
-                               static_cast<double>(entries.size()),
+    const std::size_t all_entries = std::accumulate(entries.begin(), entries.end(), std::size_t{0});
+    return {.mean_row_length = static_cast<double>(all_entries) / static_cast<double>(entries.size()),
             .worst_lost = *worst,
             .worst_patch = chosen[static_cast<std::size_t>(worst - lost.begin())]};
 }
@@ -360,10 +360,11 @@ void refuse_excessive_memory(const Visibility& visibility, const PatchGrid& grid
                              Progress& progress) {
     const std::size_t count = grid.gather_patch_count;
     if (forecast_memory_bytes(count, static_cast<double>(count)) <= memory_bytes) return;
-    const double needed = forecast_memory_bytes(count, sample_form_factors(visibility, grid, progress).mean_row_length);
+    const FormFactorSample sample = sample_form_factors(visibility, grid, progress);
+    const double needed = forecast_memory_bytes(count, sample.mean_row_length);
     if (needed > memory_bytes)
-        throw InputError("", fmt::format("the form factors of {} patches need about {:.1f} GB of memory, and there are "
-                                         "{:.1f} GB (make \"spacing_m\" of \"grid\" larger)",
+        throw InputError("", fmt::format("the form factors of {} patches need about {:.1f} GB of memory, and "
+                                         "there are {:.1f} GB (make \"spacing_m\" of \"grid\" larger)",
                                          count, needed / 1e9, memory_bytes / 1e9));
 }
 

@@ -49,19 +49,21 @@ void refuse_too_many_cells(const Building& building, const GridOptions& options)
     const Face* worst = nullptr;
     for (const Face& face : building.faces) {
         const double spacing = spacing_m(face, options);
-        const bool refined = face.environment == Environment::indoor && !face.aperture;
-        const double cells = cell_count(glm::length(face.frame.u_m), spacing) * cell_count(glm::length(face.frame.v_m), spacing) *
-                             (refined ? std::exp2(2 * options.refine.levels) : 1.0);
+        const double parts =
+            face.environment == Environment::indoor && !face.aperture ? std::exp2(2 * options.refine.levels) : 1.0;
+        const double cells =
+            cell_count(glm::length(face.frame.u_m), spacing) * cell_count(glm::length(face.frame.v_m), spacing) * parts;
         all += cells;
         if (cells > most) most = cells, worst = &face;
     }
     if (all <= most_cells) return;
     const bool outdoors = worst->environment == Environment::outdoor;
-    throw InputError("", fmt::format("the grid would have {:.2g} cells, {:.2g} of them on face \"{}\" (at most {:.2g} in all: make "
-                                     "\"{}\" of \"grid\" larger than {} m{})",
+    const bool refined = options.refine.levels > 0 && !outdoors && !worst->aperture;
+    throw InputError("", fmt::format("the grid would have {:.2g} cells, {:.2g} of them on face \"{}\" (at most {:.2g} in "
+                                     "all: make \"{}\" of \"grid\" larger than {} m{})",
                                      all, most, worst->name, most_cells, outdoors ? "outdoor_spacing_m" : "spacing_m",
                                      spacing_m(*worst, options),
-                                     options.refine.levels > 0 && !outdoors ? ", or \"levels\" of \"refine\" smaller" : ""));
+                                     refined ? ", or \"levels\" of \"refine\" smaller" : ""));
 }
 
 dvec3 polygon_centroid(std::span<const dvec3> polygon) {

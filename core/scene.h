@@ -110,7 +110,7 @@ struct SkyDescription {
 struct SunDescription {
     double altitude_rad = 0.0;  ///< from the horizon up
     double azimuth_rad = 0.0;   ///< from the model's +y axis, clockwise seen from above
-    double direct_normal_illuminance_lx = 0.0;
+    double direct_normal_illuminance_lx = 0.0;  ///< as given; without effect at or below the horizon
 };
 
 /// Finer cells where light changes fast. Judged by geometry alone, so that the grid is the same for every visibility method.

@@ -216,7 +216,8 @@ TEST_CASE("sensors inside a solid have no values, and a run says so", "[cli]") {
     const SmallRoom room;
     std::string scene(small_room);
     const std::string points = "[[2, 3, 1.2, 0, -1, 0]]";
-    scene.replace(scene.find(points), points.size(), "[[2, 3, 1.2, 0, -1, 0], [2, 0.2, 0.5, 0, -1, 0], [2, -3, 0.5, 0, -1, 0]]");
+    scene.replace(scene.find(points), points.size(),
+                  "[[2, 3, 1.2, 0, -1, 0], [2, 0.2, 0.5, 0, -1, 0], [2, -3, 0.5, 0, -1, 0]]");
     write(room.scene(), scene);
     const std::string warning = "of 3 points 1 inside a solid (left empty in sensors.csv), 1 outdoors";
 

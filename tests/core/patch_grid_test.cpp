@@ -286,6 +286,7 @@ TEST_CASE("a grid of more than ten million cells is refused before it takes memo
     // Two arms of 3 m2 along the sides of a square of 9 km2.
     Scene corner = empty_scene();
     corner.polygons = {{.id = "corner",
-                        .vertices_m = {{0, 0, 1}, {3000, 0, 1}, {3000, 0.001, 1}, {0.001, 0.001, 1}, {0.001, 3000, 1}, {0, 3000, 1}}}};
+                        .vertices_m = {{0, 0, 1}, {3000, 0, 1}, {3000, 0.001, 1},
+                                       {0.001, 0.001, 1}, {0.001, 3000, 1}, {0, 3000, 1}}}};
     CHECK(says(complaint(corner, {.spacing_m = 0.25}), "on face \"corner\""));
 }
