@@ -49,6 +49,17 @@ Json outdoors_json(const Result& result) {
     return json;
 }
 
+Json scene_json(const Scene& scene, const std::filesystem::path& file) {
+    return {{"name", scene.name}, {"file", file.filename().string()}, {"sha256", scene.source_sha256}};
+}
+
+Json backend_json(const ComparedBackend& backend) {
+    Json settings = Json::object();
+    for (const auto& [name, value] : backend.settings)
+        settings[name] = value;
+    return {{"name", backend.name}, {"settings", settings}};
+}
+
 Json sensor_sets_json(const std::vector<SensorSetStatistics>& sets) {
     Json json = Json::array();
     for (const SensorSetStatistics& set : sets) {
@@ -107,9 +118,6 @@ const std::vector<std::string> assumptions{
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
                          const std::vector<WrittenView>& views) {
     const PatchGrid& grid = result.grid;
-    Json settings = Json::object();
-    for (const auto& [name, value] : result.visibility.settings())
-        settings[name] = value;
     Json pictures = Json::array();
     Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
     for (const WrittenView& view : views) {
@@ -120,11 +128,9 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
         files.push_back(view.file_stem + ".png");
     }
     return json_text({{"naturel", NATUREL_VERSION},
-                    {"scene",
-                     {{"name", result.scene.name},
-                      {"file", result.options.scene.filename().string()},
-                      {"sha256", result.scene.source_sha256}}},
-                    {"backend", {{"name", result.visibility.name()}, {"settings", settings}}},
+                    {"scene", scene_json(result.scene, result.options.scene)},
+                    {"backend",
+                     backend_json({std::string(result.visibility.name()), result.visibility.settings()})},
                     {"options", options_json(result)},
                     {"assumptions", assumptions},
                     {"counts",
@@ -153,7 +159,8 @@ std::string timings_json(const std::vector<StageTime>& stages, int threads) {
     return json_text({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
 }
 
-std::string comparison_json(const std::string& backend, const std::string& reference,
+std::string comparison_json(const Scene& scene, const std::filesystem::path& scene_file,
+                            const ComparedBackend& backend, const ComparedBackend& reference,
                             const std::vector<SensorSetDifference>& sets) {
     Json list = Json::array();
     for (const SensorSetDifference& set : sets)
@@ -164,7 +171,11 @@ std::string comparison_json(const std::string& backend, const std::string& refer
                         {"root_mean_square_difference_lx", set.root_mean_square_lx},
                         {"worst_difference_lx", set.worst_lx},
                         {"worst_point", set.worst_point}});
-    return json_text({{"backend", backend}, {"reference", reference}, {"sensor_sets", list}});
+    return json_text({{"naturel", NATUREL_VERSION},
+                      {"scene", scene_json(scene, scene_file)},
+                      {"backend", backend_json(backend)},
+                      {"reference", backend_json(reference)},
+                      {"sensor_sets", list}});
 }
 
 }  // namespace naturel

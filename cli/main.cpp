@@ -68,7 +68,7 @@ ExitCode guarded_main(int argc, char** argv) {
         std::fputs("naturel: interrupted\n", stderr);
         return ExitCode::interrupted;
     } catch (const std::bad_alloc&) {
-        std::fputs("naturel: out of memory\n", stderr);
+        std::fputs("naturel: out of memory (a coarser grid, smaller pictures or fewer threads need less)\n", stderr);
         return ExitCode::internal_fault;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "naturel: internal fault: %s\n", error.what());

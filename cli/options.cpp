@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <iostream>
+#include <limits>
 #include <thread>
 
 #include "cli/choices.h"
@@ -26,13 +29,46 @@ CLI::Validator within(double low, double high) {
         "", "");
 }
 
-/// CLI11 wraps "-1" round to a large unsigned number.
+/// CLI11 wraps "-1" round to a large unsigned number, and takes what is too large as the largest.
 CLI::Validator whole_number() {
     return CLI::Validator(
         [](std::string& text) {
-            return std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; })
+            std::uint64_t value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            return error == std::errc() && end == text.data() + text.size()
                        ? std::string()
-                       : fmt::format("\"{}\" is not a whole number from 0 up", text);
+                       : fmt::format("\"{}\" is not a whole number from 0 to {}", text,
+                                     std::numeric_limits<std::uint64_t>::max());
+        },
+        "", "");
+}
+
+/// More rays take hours for one patch, and tell nothing that the noise of the others does not hide.
+CLI::Validator ray_count() {
+    constexpr double most = 1e8;
+    return CLI::Validator(
+        [=](std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 1.0 && value <= most
+                       ? std::string()
+                       : fmt::format("\"{}\" is not a number of rays from 1 to {:.0f}", text, most);
+        },
+        "", "");
+}
+
+/// A square of half side d at height h catches (4 / pi) s atan(s) of the view, s = (d/h) / sqrt(1 + (d/h)^2):
+/// 24 % at d/h = 0.5.
+CLI::Validator half_side() {
+    constexpr double least = 0.5, most = 1e4;
+    return CLI::Validator(
+        [=](std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= least && value <= most
+                       ? std::string()
+                       : fmt::format(
+                             "\"{}\" is not a number from {} to {} (on a smaller plane its rim would hold most "
+                             "of the view)",
+                             text, least, most);
         },
         "", "");
 }
@@ -158,12 +194,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     app.add_option("--rays", embree.rays_per_patch,
                    "rays per patch for form factors, rounded up to a multiple of 256")
         ->type_name("N")
-        ->check(within(1, 1 << 26))
+        ->check(ray_count())
         ->group(embree_group);
     app.add_option("--rays-per-point", embree.rays_per_point,
                    "rays per sensor for interreflected light, rounded up to a multiple of 256")
         ->type_name("N")
-        ->check(within(1, 1 << 26))
+        ->check(ray_count())
         ->group(embree_group);
 
     constexpr auto hemicube_group = "Backend hemicube";
@@ -180,7 +216,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->group(hemicube_group);
     app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
         ->type_name("X")
-        ->check(within(1e-3, 1e4))
+        ->check(half_side())
         ->group(hemicube_group);
     add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
         ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))

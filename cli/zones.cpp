@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "cli/file_writer.h"
-#include "cli/grid_limit.h"
 #include "cli/zone_drawings.h"
 #include "cli/zone_writer.h"
 #include "core/errors.h"
@@ -18,7 +17,6 @@ void find_zones(const ZonesOptions& options, Progress& progress) {
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     make_writable_folder(options.out);
     const Building building = assemble(scene);
-    if (options.svg && options.grid_spacing_m) refuse_too_fine_grid(building, *options.grid_spacing_m);
 
     progress.begin("light zones", building.faces.size());
     const std::optional<SunBeam> sun = sun_beam(scene);

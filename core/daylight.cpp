@@ -75,6 +75,17 @@ AreaSamples area_samples(std::span<const dvec3> polygon, const dvec3& centroid_m
     return samples;
 }
 
+// Direct light on the room side of a pane, sampled over the patch.
+LightBySource light_on_pane(const DirectLight& direct, const PatchGrid& grid, PatchId id) {
+    const Patch& patch = grid.patches[index(id)];
+    const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+    std::vector<Band3> sun_lx(samples.positions_m.size());
+    direct.sun_at(samples.positions_m, patch.normal, sun_lx);
+    LightBySource sum = direct.without_sun({patch.centroid_m, patch.normal}).by_source();
+    for (std::size_t k = 0; k < sun_lx.size(); ++k) sum.other += samples.shares[k] * sun_lx[k];
+    return sum;
+}
+
 std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid) {
     std::vector<Band3> diffuse_transmittance;
     for (const Glazing& glazing : scene.glazings)
@@ -85,7 +96,7 @@ std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& buildi
         if (!face.aperture) {
             const Material& material = scene.materials[index(face.material)];
             optics[p].reflectance = material.reflectance;
-            optics[p].exitance_lm_m2 = material.exitance_lm_m2;
+            optics[p].exitance_lm_m2.other = material.exitance_lm_m2;
             continue;
         }
         const Aperture& aperture = building.apertures[index(*face.aperture)];
@@ -185,13 +196,22 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
     for (const DirectIlluminance& components : solution.patch_components)
         solution.patch_direct_lx.push_back(components.by_source());
 
+    // Panes send some of the direct light that falls on them back into the room; the rest is lost to the room, or has been
+    // followed through them already.
+    std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
+    parallel_stage("direct light on panes", grid.gather_patch_count - grid.indoor_patch_count, 4, progress, [&](std::size_t k) {
+        const std::size_t p = grid.indoor_patch_count + k;
+        if (largest(optics[p].reflectance) <= 0.0) return;
+        optics[p].exitance_lm_m2 = optics[p].reflectance * light_on_pane(direct, grid, make_id<PatchId>(p));
+    });
+
     const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
     solution.form_factor_quality = form_factors.quality;
 
     std::vector<double> area_m2;
     for (std::size_t p = 0; p < grid.gather_patch_count; ++p) area_m2.push_back(grid.patches[p].area_m2);
-    solution.radiosity = solve_radiosity(form_factors, area_m2, patch_optics(scene, building, grid), solution.patch_direct_lx,
-                                         options.radiosity, progress);
+    solution.radiosity =
+        solve_radiosity(form_factors, area_m2, optics, solution.patch_direct_lx, options.radiosity, progress);
 
     const std::span<const LightBySource> exitance = solution.radiosity.exitance_lm_m2;
     ThreadScratch<FormFactorRow> scratch;

@@ -1,5 +1,7 @@
 #include "core/patch_grid.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -7,6 +9,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "core/errors.h"
 #include "core/spherical_polygon.h"
 #include "core/units.h"
 
@@ -31,8 +34,34 @@ bool same_node(const dvec3& a_m, const dvec3& b_m) { return glm::distance(a_m, b
 // Where less than this of the apertures could be seen, differences do not matter: 1/1000 of a hemisphere.
 constexpr double dark_sr = 1e-3 * pi;
 
-int cell_count(double length_m, double spacing_m) {
-    return std::max(1, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)));
+// More would fill the memory of a large machine, whatever the visibility method.
+constexpr double most_cells = 1e7;
+
+double cell_count(double length_m, double spacing_m) { return std::max(1.0, std::ceil(length_m / spacing_m - 1e-9)); }
+
+double spacing_m(const Face& face, const GridOptions& options) {
+    return face.environment == Environment::outdoor ? options.outdoor_spacing_m : options.spacing_m;
+}
+
+// Cells are laid over the whole frame of a face, however little of it is left: a long thin arm across it counts in full.
+void refuse_too_many_cells(const Building& building, const GridOptions& options) {
+    double all = 0.0, most = -1.0;
+    const Face* worst = nullptr;
+    for (const Face& face : building.faces) {
+        const double spacing = spacing_m(face, options);
+        const bool refined = face.environment == Environment::indoor && !face.aperture;
+        const double cells = cell_count(glm::length(face.frame.u_m), spacing) * cell_count(glm::length(face.frame.v_m), spacing) *
+                             (refined ? std::exp2(2 * options.refine.levels) : 1.0);
+        all += cells;
+        if (cells > most) most = cells, worst = &face;
+    }
+    if (all <= most_cells) return;
+    const bool outdoors = worst->environment == Environment::outdoor;
+    throw InputError("", fmt::format("the grid would have {:.2g} cells, {:.2g} of them on face \"{}\" (at most {:.2g} in all: make "
+                                     "\"{}\" of \"grid\" larger than {} m{})",
+                                     all, most, worst->name, most_cells, outdoors ? "outdoor_spacing_m" : "spacing_m",
+                                     spacing_m(*worst, options),
+                                     options.refine.levels > 0 && !outdoors ? ", or \"levels\" of \"refine\" smaller" : ""));
 }
 
 dvec3 polygon_centroid(std::span<const dvec3> polygon) {
@@ -285,11 +314,11 @@ private:
 
     PatchGrid::FaceGrid& lay_out(std::size_t f) {
         const Face& face = building_.faces[f];
-        const double spacing_m = face.environment == Environment::outdoor ? options_.outdoor_spacing_m : options_.spacing_m;
+        const double spacing = spacing_m(face, options_);
         PatchGrid::FaceGrid& g = grid_.face_grids_[f];
         const FaceFrame& frame = face.frame;
-        g.nu = cell_count(glm::length(frame.u_m), spacing_m);
-        g.nv = cell_count(glm::length(frame.v_m), spacing_m);
+        g.nu = static_cast<int>(cell_count(glm::length(frame.u_m), spacing));
+        g.nv = static_cast<int>(cell_count(glm::length(frame.v_m), spacing));
         g.origin_m = frame.origin_m;
         // Reciprocal basis of (u, v) in the plane, in cells.
         const dvec3 w = glm::cross(frame.u_m, frame.v_m);
@@ -596,6 +625,7 @@ private:
 };
 
 PatchGrid make_patch_grid(const Building& building, const GridOptions& options, const LightZones& zones) {
+    refuse_too_many_cells(building, options);
     return PatchGridBuilder(building, options, zones).run();
 }
 

@@ -81,6 +81,7 @@ private:
 /// Lays a regular grid on every face, with counts that follow its side lengths, cuts the cells by what is left of the face
 /// and by the zones of light on it, and joins slivers with a neighbour (docs/method.md, "Grid").
 /// zones: [faces] each, as find_light_zones() made them; empty vectors for a grid that knows no zones.
+/// Throws InputError, before it takes any memory, where that would be more than ten million cells.
 PatchGrid make_patch_grid(const Building& building, const GridOptions& options, const LightZones& zones = {});
 
 }  // namespace naturel

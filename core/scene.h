@@ -14,11 +14,18 @@ namespace naturel {
 /// Where a finish or a facet faces: the air inside the building or the open air.
 enum class Environment { indoor, outdoor };
 
+/// What became of a colour given as xyY that no reflectance of the primaries shows (core/colour.h).
+struct Desaturation {
+    double saturation_kept = 1.0;     ///< 1: nothing happened; less: drawn towards the grey of the same Y
+    double chromaticity_shift = 0.0;  ///< distance in CIE 1931 (x, y) from the colour asked for to that shown
+};
+
 /// An opaque, diffuse (Lambert) surface.
 struct Material {
     std::string name{};
     Band3 reflectance = grey(0.5);  ///< 1, each band in [0, 0.99]
     Band3 exitance_lm_m2{};         ///< light the surface emits by itself, lm/m2
+    Desaturation desaturation{};
 };
 
 /// How transmittance falls with the angle of incidence (docs/method.md, "Glazing").
@@ -87,6 +94,7 @@ struct AperturePolygon {
 struct Ground {
     double z_m = 0.0;
     Band3 reflectance = grey(0.2);
+    Desaturation desaturation{};
 };
 
 enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };

@@ -132,9 +132,9 @@ TEST_CASE("the sun through the window lights the floor it falls on and the dayli
     CHECK(lit.solution.sensor_values[1].indirect_lx.other.g > 0.0);
     scene.sun.reset();
     const Lit overcast = light(scene, backend);
-    // 1e-3, the tolerance of the direct component: the bright ground makes it refine elsewhere.
+    // 5e-3: without the sunspot the grid of 1 m is another one, and the bright ground makes direct light refine elsewhere.
     for (std::size_t s = 0; s < 2; ++s)
-        CHECK_THAT(lit.solution.sensor_values[s].from_sky_lx().g, WithinRel(overcast.solution.sensor_values[s].total_lx().g, 1e-3));
+        CHECK_THAT(lit.solution.sensor_values[s].from_sky_lx().g, WithinRel(overcast.solution.sensor_values[s].total_lx().g, 5e-3));
 }
 
 TEST_CASE("borrowed light passes a pane between two rooms and is less than through a hole", "[daylight]") {
@@ -157,6 +157,35 @@ TEST_CASE("borrowed light passes a pane between two rooms and is less than throu
     CHECK(pane > 0.35 * hole);
     const RadiositySolution& radiosity = glazed.solution.radiosity;
     CHECK_THAT(radiosity.flux_absorbed_lm.g + radiosity.flux_lost_lm.g, WithinRel(radiosity.flux_in_lm.g, 1e-5));
+}
+
+TEST_CASE("a pane that lets nothing pass reflects direct light like a wall", "[daylight]") {
+    const Backend backend = all_backends().back();
+    Scene scene = room_with_window();
+    scene.polyhedra[0].vertices_m[2].y += 4.0;  // the block reaches further north
+    scene.materials.push_back({.name = "white", .reflectance = grey(0.9)});
+    scene.glazings.push_back({.name = "mirror", .normal_transmittance = {}, .inner_reflectance = grey(0.9)});
+    scene.polyhedra[1].faces[3].material = make_id<MaterialId>(1);  // back: y = 5
+    scene.sensors = {{.id = "p", .points = {{{2, 3, 1.1}, {0, 0, 1}}}}};
+    const double wall = light(scene, backend).solution.sensor_values[0].total_lx().g;
+    scene.polyhedra.push_back(box("back room", Effect::carve, {0, 5, 0.3}, {4, 8, 3.3}));
+    scene.polyhedra.back().faces[2].glazing = make_id<GlazingId>(1);  // front: y = 5
+    const Lit lit = light(scene, backend);
+    REQUIRE(lit.building.apertures.size() == 2);
+    // 1 %: direct light on the wall is the mean of its nodes, on the pane that of its patches' middles.
+    CHECK_THAT(lit.solution.sensor_values[0].total_lx().g, WithinRel(wall, 0.01));
+}
+
+TEST_CASE("a distant object does not change the light in the room", "[daylight]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = room_with_window();
+    const Lit alone = light(scene, backend);
+    scene.polyhedra.push_back(box("mast", Effect::fill, {-3, 90000, 0}, {3, 90001, 5}));  // north; the window looks south
+    const Lit with_mast = light(scene, backend);
+    // 1e-3, the tolerance of the direct component and of the form factors' noise.
+    for (std::size_t s = 0; s < alone.solution.sensor_values.size(); ++s)
+        CHECK_THAT(with_mast.solution.sensor_values[s].total_lx().g, WithinRel(alone.solution.sensor_values[s].total_lx().g, 1e-3));
 }
 
 TEST_CASE("a picture of a furnace shows its luminance in every pixel", "[picture]") {

@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "core/errors.h"
 #include "tests/catch.h"
 #include "tests/random_scenes.h"
 
@@ -254,4 +255,37 @@ TEST_CASE("refinement divides cells at zone edges and near the window, nothing e
     CHECK(coarse < edges);
     CHECK(edges < both);
     CHECK(both < fine);
+}
+
+TEST_CASE("a grid of more than ten million cells is refused before it takes memory", "[core][grid]") {
+    const auto complaint = [](const Scene& scene, const GridOptions& options) {
+        try {
+            make_patch_grid(assemble(scene), options);
+        } catch (const InputError& fault) {
+            return std::string(fault.what());
+        }
+        return std::string();
+    };
+    const auto says = [](const std::string& text, std::string_view part) {
+        UNSCOPED_INFO(text);
+        return text.find(part) != std::string::npos;
+    };
+    const Scene room = closed_room({4, 4, 3});
+    CHECK(complaint(room, {.spacing_m = 0.05}).empty());
+    CHECK(says(complaint(room, {.spacing_m = 0.001}), "\"spacing_m\" of \"grid\" larger"));
+    CHECK(says(complaint(room, {.spacing_m = 1.0, .outdoor_spacing_m = 0.001}), "\"outdoor_spacing_m\""));
+    // 80 m2 at 0.1 m are 8000 cells; divided four times, 256 times as many.
+    CHECK(complaint(room, {.spacing_m = 0.1, .refine = {.levels = 4}}).empty());
+    CHECK(says(complaint(room, {.spacing_m = 0.03, .refine = {.levels = 4}}), "\"levels\" of \"refine\" smaller"));
+
+    // 360 m2, that is 400 000 squares of 3 cm, but 12 million cells, because a cell is no wider than its face.
+    Scene ribbon = empty_scene();
+    ribbon.polyhedra = {box("ribbon", Effect::fill, {0, 0, 1}, {90000, 0.001, 1.001})};
+    CHECK(says(complaint(ribbon, {.spacing_m = 1.0, .outdoor_spacing_m = 0.03}), "on face \"ribbon/"));
+
+    // Two arms of 3 m2 along the sides of a square of 9 km2.
+    Scene corner = empty_scene();
+    corner.polygons = {{.id = "corner",
+                        .vertices_m = {{0, 0, 1}, {3000, 0, 1}, {3000, 0.001, 1}, {0.001, 0.001, 1}, {0.001, 3000, 1}, {0, 3000, 1}}}};
+    CHECK(says(complaint(corner, {.spacing_m = 0.25}), "on face \"corner\""));
 }
