@@ -34,9 +34,9 @@ void draw_compass(SvgSheet& sheet, const DrawingContext& context, const dvec2& c
         return centre_mm + distance_mm * dvec2{std::sin(azimuth_rad), -std::cos(azimuth_rad)};
     };
     sheet.open_group("compass", "north and sun");
-    std::string circle = fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0Z",
-                                     millimetres(centre_mm.x - radius_mm), millimetres(centre_mm.y),
-                                     millimetres(radius_mm), millimetres(2.0 * radius_mm));
+    const std::string circle = fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0Z",
+                                           millimetres(centre_mm.x - radius_mm), millimetres(centre_mm.y),
+                                           millimetres(radius_mm), millimetres(2.0 * radius_mm));
     sheet.path("rule", circle);
     const dvec2 tip = towards(north, radius_mm), left = towards(north + 2.6, 0.55 * radius_mm),
                 right = towards(north - 2.6, 0.55 * radius_mm);
@@ -93,7 +93,7 @@ void draw_apertures(SvgSheet& sheet, const DrawingContext& context, const Storey
 }  // namespace
 
 std::string draw_plan(const DrawingContext& context, const DrawnFloor& floor) {
-    const auto& [report, grid, patches, sensors, largest_sun_lx, floor_count] = context;
+    const ZoneReport& report = context.report;
     const Storey& storey = floor.storey;
     const PlaneFrame plan = plan_frame(storey.cut_m);
     const Region indoor = indoor_air_at_height(report.scene, storey.cut_m);
@@ -156,7 +156,7 @@ std::string draw_plan(const DrawingContext& context, const DrawnFloor& floor) {
 
     std::size_t sensor_count = 0;
     sheet.open_group("sensors", "sensors");
-    for (const Sensor& sensor : sensors) {
+    for (const Sensor& sensor : context.sensors) {
         const dvec3& position_m = sensor.point.position_m;
         const bool of_storey = position_m.z >= storey.floor_m - 1e-6 && position_m.z < storey.ceiling_m;
         const dvec2 at = map.to_paper(position_m);
@@ -192,8 +192,9 @@ std::string draw_plan(const DrawingContext& context, const DrawnFloor& floor) {
     draw_scale_bar(sheet, legend.at_mm(), mm_per_m);
     legend.skip(9.0);
     add_zone_items(sheet, context, legend);
-    legend.item(fmt::format("solid, cut at z = {}", metres_text(storey.cut_m)),
-                [&](const PaperBox& box) { sheet.rectangle("cut", box); });
+    if (!solid.empty())
+        legend.item(fmt::format("solid, cut at z = {}", metres_text(storey.cut_m)),
+                    [&](const PaperBox& box) { sheet.rectangle("cut", box); });
     legend.item("window, cut", [&](const PaperBox& box) {
         sheet.line("window", box.low_mm + dvec2{0.0, 2.0}, box.low_mm + dvec2{8.0, 2.0});
     });

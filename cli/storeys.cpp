@@ -137,12 +137,8 @@ void order_walls(const Scene& scene, const Building& building, Storey& storey) {
 Ring section(const Polyhedron& polyhedron, const PlaneFrame& plan) {
     Ring points;
     for (const PolyhedronFace& face : polyhedron_faces(polyhedron))
-        for (std::size_t k = 0; k < face.vertices_m.size(); ++k) {
-            const dvec3 &a = face.vertices_m[k], &b = face.vertices_m[(k + 1) % face.vertices_m.size()];
-            const double below_m = plan.origin_m.z - a.z, above_m = b.z - plan.origin_m.z;
-            if ((below_m > 0.0) != (above_m > 0.0)) continue;
-            points.push_back(plan.to_plane(a + below_m / (below_m + above_m) * (b - a)));
-        }
+        for (const dvec3& end : cut_at_height(face.vertices_m, plan.origin_m.z))
+            points.push_back(plan.to_plane(end));
     return convex_hull(std::move(points));
 }
 
