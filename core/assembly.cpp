@@ -518,7 +518,8 @@ private:
         visible = without_slivers(visible);
         if (visible.empty()) return;
         const FaceFrame frame = frame_of(region, plane);
-        add_face({.name = polygon.id, .frame = frame, .normal = {}, .environment = polygon.side, .material = polygon.material},
+        add_face({.name = polygon.id, .frame = frame, .normal = {}, .environment = polygon.side, .material = polygon.material,
+                  .sheet = true},
                  plane, std::move(visible), reverse);
     }
 
