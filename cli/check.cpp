@@ -3,14 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/common.hpp>
+#include <limits>
+#include <optional>
 #include <utility>
 
+#include "cli/choices.h"
+#include "cli/orientation.h"
+#include "cli/physical_memory.h"
 #include "core/building.h"
-#include "core/parallel.h"
+#include "core/form_factors.h"
 #include "core/patch_grid.h"
 #include "core/scene_reader.h"
 #include "core/sensors.h"
@@ -39,20 +43,6 @@ struct CheckedScene {
     const PatchGrid& grid;
     const Visibility& visibility;
 };
-
-constexpr std::array<const char*, 8> compass_words{"north", "north-east", "east", "south-east",
-                                                   "south", "south-west", "west", "north-west"};
-
-/// "south, tilt 90 deg" for the way an opening looks; 0 deg looks straight up, 90 deg at the horizon.
-std::string orientation(const glm::dvec3& outward, double north_rad) {
-    const double tilt_deg = degrees_from_radians(std::acos(std::clamp(outward.z, -1.0, 1.0)));
-    if (tilt_deg < 0.5) return "up";
-    if (tilt_deg > 179.5) return "down";
-    const double azimuth_deg = degrees_from_radians(std::atan2(outward.x, outward.y) + north_rad);
-    const auto eighth = std::lround(azimuth_deg / 45.0);
-    return fmt::format("{}, tilt {:.0f} deg", compass_words[static_cast<std::size_t>((eighth % 8 + 8) % 8)],
-                       tilt_deg);
-}
 
 void describe_surfaces(const CheckedScene& checked, Report& report) {
     const auto& [scene, building, grid, visibility] = checked;
@@ -176,6 +166,20 @@ void warn_of_reflectances(const CheckedScene& checked, Report& report) {
     warn("the ground", checked.scene.ground.reflectance);
 }
 
+void warn_of_colours(const CheckedScene& checked, Report& report) {
+    const auto warn = [&](const std::string& what, const Desaturation& desaturation) {
+        if (desaturation.saturation_kept < 1.0)
+            report.warn(
+                "the primaries \"{}\" cannot show the colour of {}: it is drawn towards grey by {:.4f} in CIE "
+                "x, y ({:.1f} % of its saturation kept)",
+                name_of(primaries_names, checked.scene.primaries), what, desaturation.chromaticity_shift,
+                100.0 * desaturation.saturation_kept);
+    };
+    for (const Material& material : checked.scene.materials)
+        warn(fmt::format("material \"{}\"", material.name), material.desaturation);
+    warn("the ground", checked.scene.ground.desaturation);
+}
+
 void check_sensors(const CheckedScene& checked, Report& report) {
     struct SetCount {
         std::size_t points = 0, in_solid = 0, outdoors = 0;
@@ -215,59 +219,95 @@ void warn_of_sun(const CheckedScene& checked, Report& report) {
     if (!checked.scene.sun) return;
     const SunDescription& sun = *checked.scene.sun;
     if (sun.altitude_rad <= 0.0)
-        report.warn("the sun stands at {:.1f} deg, below the horizon: it gives no light",
+        report.warn("the sun stands at {:.1f} deg, not above the horizon: it gives no light",
                     degrees_from_radians(sun.altitude_rad));
-    if (sun.direct_normal_illuminance_lx <= 0.0)
+    // A clear sky needs the place of the sun, whether or not it shines.
+    const bool clear = checked.scene.sky.model == SkyModel::cie_clear ||
+                       checked.scene.sky.model == SkyModel::cie_clear_polluted;
+    if (sun.direct_normal_illuminance_lx <= 0.0 && !clear)
         report.warn("the sun is given a place but no direct_normal_illuminance_lx: it gives no light");
 }
 
-/// Rows of form factors of some patches of every indoor face: how long rows are, and where light leaves
-/// unseen.
+/// How much solid there is behind a point of a surface, m, if that is less than 10 mm and air follows.
+std::optional<double> solid_behind_m(const Scene& scene, const glm::dvec3& point_m, const glm::dvec3& normal) {
+    const auto is_solid = [&](double depth_m) {
+        return medium_at(scene, point_m - depth_m * normal) == Medium::solid;
+    };
+    double solid_m = 0.0;
+    for (const double depth_m : {1e-3, 3e-3, 10e-3}) {
+        if (is_solid(depth_m)) {
+            solid_m = depth_m;
+            continue;
+        }
+        double air_m = depth_m;
+        while (air_m - solid_m > 1e-6) {
+            const double middle_m = 0.5 * (solid_m + air_m);
+            (is_solid(middle_m) ? solid_m : air_m) = middle_m;
+        }
+        return air_m;
+    }
+    return std::nullopt;
+}
+
+/// A window that ends a fraction of a millimetre before the room does not open it, and nothing else tells so. What
+/// was carved is looked at alone: a thin fill is a sheet of something.
+void warn_of_membranes(const CheckedScene& checked, Report& report) {
+    const auto& [scene, building, grid, visibility] = checked;
+    struct Membrane {
+        double thickness_m = std::numeric_limits<double>::infinity();
+        glm::dvec3 place_m{};
+    };
+    std::vector<Membrane> thinnest(building.faces.size());
+    for (const Facet& facet : building.facets) {
+        if (facet.is_aperture || facet.environment != Environment::indoor) continue;
+        glm::dvec3 centre_m{};
+        for (const glm::dvec3& vertex : facet.vertices_m)
+            centre_m += vertex;
+        centre_m /= static_cast<double>(facet.vertices_m.size());
+        std::vector<glm::dvec3> points_m{centre_m};
+        for (const glm::dvec3& vertex : facet.vertices_m)
+            points_m.push_back(0.25 * centre_m + 0.75 * vertex);
+        Membrane& membrane = thinnest[index(facet.face)];
+        for (const glm::dvec3& point_m : points_m)
+            if (const auto thickness_m = solid_behind_m(scene, point_m, facet.normal);
+                thickness_m && *thickness_m < membrane.thickness_m)
+                membrane = {*thickness_m, point_m};
+    }
+    for (std::size_t f = 0; f < thinnest.size(); ++f) {
+        const std::string& name = building.faces[f].name;
+        const std::string id = name.substr(0, name.find('/'));
+        const auto owner = std::ranges::find(scene.polyhedra, id, &Polyhedron::id);
+        if (owner == scene.polyhedra.end() || owner->effect != Effect::carve) continue;
+        const auto& [thickness_m, place_m] = thinnest[f];
+        if (std::isfinite(thickness_m))
+            report.warn(
+                "only {:.2g} mm of solid behind face \"{}\" at ({:.3f}, {:.3f}, {:.3f}), then air: no light "
+                "passes (to open it, make \"{}\" longer, past what it shall open into)",
+                1e3 * thickness_m, name, place_m.x, place_m.y, place_m.z, id);
+    }
+}
+
+/// Memory, and where light leaves unseen.
 void check_rows(const CheckedScene& checked, Report& report, Progress& progress) {
     const auto& [scene, building, grid, visibility] = checked;
     if (grid.gather_patch_count == 0) return;
-    // About this many rows in all, but one of every face: enough for a forecast within some percent.
-    constexpr std::size_t wanted_rows = 512;
-    const std::size_t step = std::max<std::size_t>(1, grid.gather_patch_count / wanted_rows);
-    std::vector<PatchId> chosen;
-    for (std::size_t k = 0; k < grid.gather_patch_count; ++k)
-        if (k % step == 0 || k == 0 || grid.patches[k].face != grid.patches[k - 1].face)
-            chosen.push_back(make_id<PatchId>(k));
+    const FormFactorSample sample = sample_form_factors(visibility, grid, progress);
+    const double needed = forecast_memory_bytes(grid.gather_patch_count, sample.mean_row_length);
+    report.say("  form factors: {} rows of about {:.0f} entries; memory up to about {:.0f} MB",
+               grid.gather_patch_count, sample.mean_row_length, std::ceil(needed / 1e6));
+    if (needed > physical_memory_bytes())
+        report.warn(
+            "the form factors need about {:.1f} GB of memory, and this machine has {:.1f} GB: run will refuse "
+            "(make \"spacing_m\" of \"grid\" larger)",
+            needed / 1e9, physical_memory_bytes() / 1e9);
 
-    std::vector<double> lost(chosen.size());
-    std::vector<std::size_t> entries(chosen.size());
-    ThreadScratch<FormFactorRow> rows;
-    parallel_stage("form factors of some patches", chosen.size(), 1, progress, [&](std::size_t k) {
-        FormFactorRow& row = rows.local();
-        visibility.form_factor_row(chosen[k], row);
-        lost[k] = row.lost;
-        entries[k] = row.values.size();
-    });
-
-    double row_length = 0.0;
-    for (const std::size_t count : entries)
-        row_length += static_cast<double>(count);
-    row_length /= static_cast<double>(chosen.size());
-    const auto row_count = static_cast<double>(grid.gather_patch_count);
-    // A column number and a value per entry.
-    constexpr double bytes_per_entry = sizeof(std::uint32_t) + sizeof(double);
-    // While rows are repaired there are the rows, their transpose and the exchanges of both, up to twice as long.
-    // Measured in a room of 4268 patches: 3.4 times the rows.
-    constexpr double copies = 4.0;
-    const double megabytes = copies * row_count * row_length * bytes_per_entry / 1e6;
-    report.say("  form factors: {:.0f} rows of about {:.0f} entries; memory up to about {:.0f} MB", row_count,
-               row_length, std::ceil(megabytes));
-
-    const auto worst = std::ranges::max_element(lost);
     // Cracks of rounding are below this share of a patch's half-space.
     constexpr double leak = 1e-3;
-    if (*worst > leak) {
-        const PatchId patch = chosen[static_cast<std::size_t>(worst - lost.begin())];
+    if (sample.worst_lost > leak)
         report.warn(
             "a leak: {:.1f} % of what face \"{}\" sees is neither surface nor aperture (a gap between "
             "polygons?)",
-            100.0 * *worst, building.faces[index(grid.patches[index(patch)].face)].name);
-    }
+            100.0 * sample.worst_lost, building.faces[index(grid.patches[index(sample.worst_patch)].face)].name);
 }
 
 }  // namespace
@@ -275,7 +315,7 @@ void check_rows(const CheckedScene& checked, Report& report, Progress& progress)
 void check(const CheckOptions& options, Progress& progress) {
     const Scene scene = read_scene(options.scene);
     const Building building = assemble(scene);
-    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
     const std::unique_ptr<Visibility> visibility =
         backends_named(default_backend()).front().make(building, grid, {});
     const CheckedScene checked{scene, building, grid, *visibility};
@@ -285,7 +325,9 @@ void check(const CheckOptions& options, Progress& progress) {
     warn_of_size(checked, report);
     describe_apertures(checked, report);
     warn_of_apertures(checked, report);
+    warn_of_membranes(checked, report);
     warn_of_reflectances(checked, report);
+    warn_of_colours(checked, report);
     check_sensors(checked, report);
     check_views(checked, report);
     warn_of_sun(checked, report);

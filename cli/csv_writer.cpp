@@ -59,15 +59,13 @@ private:
     bool row_begins_ = true;
 };
 
-/// The columns of add_point().
+/// Position, normal and the columns of add_values().
 const std::string point_columns =
     "x_m,y_m,z_m,nx,ny,nz,sky_lx,sun_lx,erc_lx,irc_lx,total_lx,total_r_lx,total_g_lx,total_b_lx,"
     "daylight_factor_percent";
 
-void add_point(Table& table, const Result& result, const glm::dvec3& position_m, const glm::dvec3& normal,
-               const PointIlluminance& point) {
+void add_values(Table& table, const Result& result, const PointIlluminance& point) {
     const Primaries& primaries = result.primaries;
-    table.cell(position_m).cell(normal);
     table.cell(primaries.luminous(point.direct.sky_lx))
         .cell(primaries.luminous(point.direct.sun_lx))
         .cell(primaries.luminous(point.direct.outdoor_lx.total()))
@@ -75,18 +73,41 @@ void add_point(Table& table, const Result& result, const glm::dvec3& position_m,
         .cell(primaries.luminous(point.total_lx()))
         .cell(point.total_lx())
         .cell(daylight_factor_percent(result, point));
-    table.end_row();
+}
+
+/// As many empty cells: where there is no light to speak of, 0 lx would be a value.
+void add_no_values(Table& table) {
+    constexpr int value_columns = 9;
+    for (int k = 0; k < value_columns; ++k)
+        table.cell(std::string_view());
+}
+
+std::string_view word(Medium medium) {
+    switch (medium) {
+        case Medium::solid:
+            return "solid";
+        case Medium::indoor_air:
+            return "indoor_air";
+        case Medium::outdoor_air:
+            return "outdoor_air";
+    }
+    return {};
 }
 
 }  // namespace
 
 std::string sensors_csv(const Result& result) {
-    Table table("id,set," + point_columns);
+    Table table("id,set," + point_columns + ",medium");
     for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
         const Sensor& sensor = result.solution.sensors[k];
         table.cell(std::string_view(sensor.id)).cell(std::string_view(result.scene.sensors[sensor.set].id));
-        add_point(table, result, sensor.point.position_m, sensor.point.normal,
-                  result.solution.sensor_values[k]);
+        table.cell(sensor.point.position_m).cell(sensor.point.normal);
+        if (sensor.medium == Medium::solid)
+            add_no_values(table);
+        else
+            add_values(table, result, result.solution.sensor_values[k]);
+        table.cell(word(sensor.medium));
+        table.end_row();
     }
     return std::move(table).take();
 }
@@ -96,8 +117,9 @@ std::string nodes_csv(const Result& result) {
     for (std::size_t k = 0; k < result.grid.nodes.size(); ++k) {
         const Node& node = result.grid.nodes[k];
         const Face& face = result.building.faces[index(node.face)];
-        table.cell(k).cell(std::string_view(face.name));
-        add_point(table, result, node.position_m, face.normal, result.solution.nodes[k]);
+        table.cell(k).cell(std::string_view(face.name)).cell(node.position_m).cell(face.normal);
+        add_values(table, result, result.solution.nodes[k]);
+        table.end_row();
     }
     return std::move(table).take();
 }

@@ -9,7 +9,8 @@ namespace naturel {
 // digits. Photometric columns are Primaries::luminous() of the bands. A number that is not finite is an
 // internal fault.
 
-std::string sensors_csv(const Result& result);  ///< one row per sensor, in the order of the scene
+/// One row per sensor, in the order of the scene; the last column tells what it is in. Values inside a solid stay empty.
+std::string sensors_csv(const Result& result);
 std::string nodes_csv(const Result& result);    ///< one row per node of the indoor grid
 std::string patches_csv(
     const Result& result);  ///< one row per patch that exchanges light indoors, apertures included

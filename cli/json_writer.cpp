@@ -2,30 +2,14 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "cli/choices.h"
+#include "cli/json_text.h"
 
 namespace naturel {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// JSON knows neither infinity nor NaN; the library would write null and nobody would notice.
-void expect_finite(const Json& json) {
-    if (json.is_number_float() && !std::isfinite(json.get<double>()))
-        throw std::logic_error("a result is not a finite number");
-    if (json.is_structured())
-        for (const Json& element : json)
-            expect_finite(element);
-}
-
-std::string text_of(const Json& json) {
-    expect_finite(json);
-    // Names come from files; what is not UTF-8 in them is replaced rather than refused after a long
-    // calculation.
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
 
 Json json_of(const Statistics& statistics) {
     return {{"mean", statistics.mean},
@@ -63,6 +47,17 @@ Json outdoors_json(const Result& result) {
                        360.0)},
             {"direct_normal_illuminance_lx", outdoors.direct_normal_illuminance_lx}};
     return json;
+}
+
+Json scene_json(const Scene& scene, const std::filesystem::path& file) {
+    return {{"name", scene.name}, {"file", file.filename().string()}, {"sha256", scene.source_sha256}};
+}
+
+Json backend_json(const ComparedBackend& backend) {
+    Json settings = Json::object();
+    for (const auto& [name, value] : backend.settings)
+        settings[name] = value;
+    return {{"name", backend.name}, {"settings", settings}};
 }
 
 Json sensor_sets_json(const std::vector<SensorSetStatistics>& sets) {
@@ -123,9 +118,6 @@ const std::vector<std::string> assumptions{
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
                          const std::vector<WrittenView>& views) {
     const PatchGrid& grid = result.grid;
-    Json settings = Json::object();
-    for (const auto& [name, value] : result.visibility.settings())
-        settings[name] = value;
     Json pictures = Json::array();
     Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
     for (const WrittenView& view : views) {
@@ -135,12 +127,10 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
         files.push_back(view.file_stem + ".exr");
         files.push_back(view.file_stem + ".png");
     }
-    return text_of({{"naturel", NATUREL_VERSION},
-                    {"scene",
-                     {{"name", result.scene.name},
-                      {"file", result.options.scene.filename().string()},
-                      {"sha256", result.scene.source_sha256}}},
-                    {"backend", {{"name", result.visibility.name()}, {"settings", settings}}},
+    return json_text({{"naturel", NATUREL_VERSION},
+                    {"scene", scene_json(result.scene, result.options.scene)},
+                    {"backend",
+                     backend_json({std::string(result.visibility.name()), result.visibility.settings()})},
                     {"options", options_json(result)},
                     {"assumptions", assumptions},
                     {"counts",
@@ -166,10 +156,11 @@ std::string timings_json(const std::vector<StageTime>& stages, int threads) {
         list.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
         total_s += stage.seconds;
     }
-    return text_of({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
+    return json_text({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
 }
 
-std::string comparison_json(const std::string& backend, const std::string& reference,
+std::string comparison_json(const Scene& scene, const std::filesystem::path& scene_file,
+                            const ComparedBackend& backend, const ComparedBackend& reference,
                             const std::vector<SensorSetDifference>& sets) {
     Json list = Json::array();
     for (const SensorSetDifference& set : sets)
@@ -180,7 +171,11 @@ std::string comparison_json(const std::string& backend, const std::string& refer
                         {"root_mean_square_difference_lx", set.root_mean_square_lx},
                         {"worst_difference_lx", set.worst_lx},
                         {"worst_point", set.worst_point}});
-    return text_of({{"backend", backend}, {"reference", reference}, {"sensor_sets", list}});
+    return json_text({{"naturel", NATUREL_VERSION},
+                      {"scene", scene_json(scene, scene_file)},
+                      {"backend", backend_json(backend)},
+                      {"reference", backend_json(reference)},
+                      {"sensor_sets", list}});
 }
 
 }  // namespace naturel

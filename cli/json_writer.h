@@ -1,5 +1,7 @@
 #pragma once
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cli/result.h"
@@ -28,8 +30,15 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
 
 std::string timings_json(const std::vector<StageTime>& stages, int threads);
 
-/// Differences between two backends: `backend` minus `reference`.
-std::string comparison_json(const std::string& backend, const std::string& reference,
+/// A backend of a comparison and every option it had.
+struct ComparedBackend {
+    std::string name;
+    std::vector<std::pair<std::string, std::string>> settings;
+};
+
+/// Differences between two backends, `backend` minus `reference`, and what they were computed from.
+std::string comparison_json(const Scene& scene, const std::filesystem::path& scene_file,
+                            const ComparedBackend& backend, const ComparedBackend& reference,
                             const std::vector<SensorSetDifference>& sets);
 
 }  // namespace naturel

@@ -11,6 +11,7 @@
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/terminal_progress.h"
+#include "cli/zones.h"
 #include "core/errors.h"
 #include "core/parallel.h"
 
@@ -42,6 +43,13 @@ ExitCode execute(const CheckOptions& options) {
     return ExitCode::done;
 }
 
+ExitCode execute(const ZonesOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    find_zones(options, progress);
+    return ExitCode::done;
+}
+
 ExitCode execute(ExitCode nothing_left_to_do) {
     return nothing_left_to_do;
 }
@@ -60,7 +68,7 @@ ExitCode guarded_main(int argc, char** argv) {
         std::fputs("naturel: interrupted\n", stderr);
         return ExitCode::interrupted;
     } catch (const std::bad_alloc&) {
-        std::fputs("naturel: out of memory\n", stderr);
+        std::fputs("naturel: out of memory (a coarser grid, smaller pictures or fewer threads need less)\n", stderr);
         return ExitCode::internal_fault;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "naturel: internal fault: %s\n", error.what());

@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <iostream>
+#include <limits>
 #include <thread>
 
 #include "cli/choices.h"
@@ -26,13 +29,46 @@ CLI::Validator within(double low, double high) {
         "", "");
 }
 
-/// CLI11 wraps "-1" round to a large unsigned number.
+/// CLI11 wraps "-1" round to a large unsigned number, and takes what is too large as the largest.
 CLI::Validator whole_number() {
     return CLI::Validator(
         [](std::string& text) {
-            return std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; })
+            std::uint64_t value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            return error == std::errc() && end == text.data() + text.size()
                        ? std::string()
-                       : fmt::format("\"{}\" is not a whole number from 0 up", text);
+                       : fmt::format("\"{}\" is not a whole number from 0 to {}", text,
+                                     std::numeric_limits<std::uint64_t>::max());
+        },
+        "", "");
+}
+
+/// More rays take hours for one patch, and tell nothing that the noise of the others does not hide.
+CLI::Validator ray_count() {
+    constexpr double most = 1e8;
+    return CLI::Validator(
+        [=](std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 1.0 && value <= most
+                       ? std::string()
+                       : fmt::format("\"{}\" is not a number of rays from 1 to {:.0f}", text, most);
+        },
+        "", "");
+}
+
+/// A square of half side d at height h catches (4 / pi) s atan(s) of the view, s = (d/h) / sqrt(1 + (d/h)^2):
+/// 24 % at d/h = 0.5.
+CLI::Validator half_side() {
+    constexpr double least = 0.5, most = 1e4;
+    return CLI::Validator(
+        [=](std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= least && value <= most
+                       ? std::string()
+                       : fmt::format(
+                             "\"{}\" is not a number from {} to {} (on a smaller plane its rim would hold most "
+                             "of the view)",
+                             text, least, most);
         },
         "", "");
 }
@@ -73,10 +109,36 @@ std::string version_text() {
     return text;
 }
 
-void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
-    app.add_option("SCENE", options.scene, "scene file (JSON, see docs/scene_format.md)")
+void add_scene(CLI::App& app, std::filesystem::path& scene) {
+    app.add_option("SCENE", scene, "scene file (JSON, see docs/scene_format.md)")
         ->required()
         ->type_name("FILE");
+}
+
+void add_threads(CLI::App& app, int& threads) {
+    app.add_option("--threads", threads, "number of threads; results do not depend on it")
+        ->type_name("N")
+        ->check(within(1, 1024));
+}
+
+CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
+    return app.add_option("--grid-spacing", spacing_m, "longest cell of the grid indoors, m")
+        ->type_name("M")
+        ->check(within(1e-3, 1e3));
+}
+
+void add_zones_options(CLI::App& app, ZonesOptions& options) {
+    add_scene(app, options.scene);
+    app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
+    app.add_flag("--svg", options.svg,
+                 "draw every floor as a plan with its grid, sunspots and umbra zones, and its walls unrolled");
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    add_grid_spacing(app, options.grid_spacing_m)->group("Instead of what the scene file says");
+}
+
+void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
+    add_scene(app, options.scene);
     app.add_option("--backend", options.backend, "visibility method")
         ->type_name(fmt::format("{}", fmt::join(backend_words(), "|")))
         ->check(CLI::Validator(
@@ -89,17 +151,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     app.add_option("--out", options.out,
                    "folder for the results; each backend writes into a folder of its name there")
         ->type_name("DIR");
-    app.add_option("--threads", options.threads, "number of threads; results do not depend on it")
-        ->type_name("N")
-        ->check(within(1, 1024));
+    add_threads(app, options.threads);
     app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
     app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
 
     constexpr auto scene_group = "Instead of what the scene file says";
-    app.add_option("--grid-spacing", options.grid_spacing_m, "longest cell of the grid indoors, m")
-        ->type_name("M")
-        ->check(within(1e-3, 1e3))
-        ->group(scene_group);
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
     add_choice(app, "--direct", options.direct_method, direct_methods, "how direct illuminance is computed")
         ->group(scene_group);
     app.add_option("--tolerance", options.direct_tolerance,
@@ -137,12 +194,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     app.add_option("--rays", embree.rays_per_patch,
                    "rays per patch for form factors, rounded up to a multiple of 256")
         ->type_name("N")
-        ->check(within(1, 1 << 26))
+        ->check(ray_count())
         ->group(embree_group);
     app.add_option("--rays-per-point", embree.rays_per_point,
                    "rays per sensor for interreflected light, rounded up to a multiple of 256")
         ->type_name("N")
-        ->check(within(1, 1 << 26))
+        ->check(ray_count())
         ->group(embree_group);
 
     constexpr auto hemicube_group = "Backend hemicube";
@@ -159,7 +216,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->group(hemicube_group);
     app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
         ->type_name("X")
-        ->check(within(1e-3, 1e4))
+        ->check(half_side())
         ->group(hemicube_group);
     add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
         ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
@@ -172,9 +229,10 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
 
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, const char* const* argv) {
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
-    run.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    ZonesOptions zones;
+    run.threads = zones.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
     std::uint64_t seed = run.backends.embree.seed;
     CheckOptions check;
 
@@ -191,9 +249,10 @@ std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, co
     add_run_options(*run_command, run, seed);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
-    check_command->add_option("SCENE", check.scene, "scene file (JSON, see docs/scene_format.md)")
-        ->required()
-        ->type_name("FILE");
+    add_scene(*check_command, check.scene);
+    CLI::App* zones_command = app.add_subcommand(
+        "zones", "find where the sun shines indoors and where no window is seen, and draw it");
+    add_zones_options(*zones_command, zones);
 
     app.require_subcommand(0, 1);
     app.allow_extras();  // so that an unknown command can be answered with the known ones
@@ -203,14 +262,15 @@ std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, co
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check)"
-                    : fmt::format("unknown command \"{}\" (known: run, check)", app.remaining().front()));
+                    ? "missing command (known: run, check, zones)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, zones)", app.remaining().front()));
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
     run.backends.hemicube.seed = seed;
     run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;
+    if (zones_command->parsed()) return zones;
     return run;
 }
 

@@ -31,8 +31,18 @@ struct CheckOptions {
     std::filesystem::path scene;
 };
 
+/// `naturel zones SCENE`
+struct ZonesOptions {
+    std::filesystem::path scene;
+    std::filesystem::path out = "out";
+    int threads = 1;  ///< as RunOptions::threads
+    bool quiet = false;
+    bool svg = false;  ///< draw a plan and the walls of every floor, too
+    std::optional<double> grid_spacing_m;  ///< replaces what the scene file says; the grid is only drawn
+};
+
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions> parse_command_line(int argc, const char* const* argv);
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv);
 
 }  // namespace naturel

@@ -13,6 +13,8 @@
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
+#include "cli/physical_memory.h"
+#include "cli/zone_writer.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
 
@@ -55,20 +57,6 @@ Scene read_scene_with_overrides(const RunOptions& options) {
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
     return scene;
-}
-
-/// The reader limits the grid that a scene file asks for; this does it for --grid-spacing.
-void refuse_too_fine_grid(const Building& building, const RunOptions& options) {
-    if (!options.grid_spacing_m) return;
-    constexpr double most_patches = 1e7;
-    double patches = 0.0;
-    for (const Facet& facet : building.facets)
-        if (facet.environment == Environment::indoor)
-            patches += facet.area_m2 / (*options.grid_spacing_m * *options.grid_spacing_m);
-    if (patches > most_patches)
-        throw InputError("--grid-spacing",
-                         fmt::format("{} m makes about {:.2g} patches indoors (at most {:.2g})",
-                                     *options.grid_spacing_m, patches, most_patches));
 }
 
 /// A file name for each view: its id without what could leave the folder or upset a shell or another file
@@ -190,15 +178,42 @@ void print(std::FILE* file, const std::string& text) {
     std::fflush(file);
 }
 
+/// A line for every set with points that are not where people are.
+std::string misplaced_sensors(const std::vector<SensorSetStatistics>& sets) {
+    std::string text;
+    for (const SensorSetStatistics& set : sets)
+        if (set.points_in_solid > 0 || set.points_outdoors > 0)
+            text += fmt::format(
+                "sensors \"{}\": of {} points {} inside a solid (left empty in sensors.csv), {} outdoors\n",
+                set.id, set.points, set.points_in_solid, set.points_outdoors);
+    return text;
+}
+
+std::filesystem::path comparison_file(const std::filesystem::path& out, std::string_view backend,
+                                      std::string_view reference) {
+    return out / fmt::format("{}_minus_{}.json", backend, reference);
+}
+
+/// Files beside the folders of the backends speak of the run that wrote them, and would outlive it.
+void remove_results_of_earlier_run(const std::filesystem::path& out) {
+    std::error_code absent;
+    std::filesystem::remove(out / "zones.json", absent);
+    for (const Backend& backend : all_backends())
+        for (const Backend& reference : all_backends())
+            std::filesystem::remove(comparison_file(out, backend.name, reference.name), absent);
+}
+
 /// What is kept of one backend to compare it with the next.
 struct SensorTotals {
-    std::string backend;
+    ComparedBackend backend;
     std::vector<Sensor> sensors;
     std::vector<double> total_lx;  ///< luminous, [sensors]
 };
 
 SensorTotals sensor_totals(const Result& result) {
-    SensorTotals totals{std::string(result.visibility.name()), result.solution.sensors, {}};
+    SensorTotals totals{{std::string(result.visibility.name()), result.visibility.settings()},
+                        result.solution.sensors,
+                        {}};
     for (const PointIlluminance& point : result.solution.sensor_values)
         totals.total_lx.push_back(result.primaries.luminous(point.total_lx()));
     return totals;
@@ -214,12 +229,17 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         make_writable_folder(options.out / backend.name);
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
     }
+    remove_results_of_earlier_run(options.out);
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);
-    refuse_too_fine_grid(building, options);
     shared_clock.end_stage("assembly");
-    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    // Found even where the grid does not follow them: zones.json tells of them.
+    const std::optional<SunBeam> sun = sun_beam(scene);
+    const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
+    stop_if_interrupted(progress);
+    shared_clock.end_stage("zones");
+    const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
     const Primaries primaries(scene.primaries);
@@ -230,6 +250,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const std::filesystem::path folder = options.out / backend.name;
         StageClock clock(shared_clock.stages());
         const std::unique_ptr<Visibility> visibility = backend.make(building, grid, options.backends);
+        refuse_excessive_memory(*visibility, grid, physical_memory_bytes(), progress);
         clock.end_stage("visibility");
         const DaylightSolution solution =
             compute_daylight(scene, building, grid, *visibility, options.daylight, progress);
@@ -247,6 +268,10 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
         write_file(folder / "timings.json", timings_json(clock.stages(), options.threads));
+        // Zones do not depend on the backend. They come after everything that may fail in the first one.
+        if (totals.empty())
+            write_file(options.out / "zones.json",
+                       zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary_json(result, sets, views));
 
         print(stdout, account(result, sets) + fmt::format("  written to {}\n", folder.string()));
@@ -254,6 +279,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())
                 times += fmt::format("; {} {:.2f} s", stage.stage, stage.seconds);
+            // Where sensors are does not depend on the backend.
+            if (totals.empty()) times = misplaced_sensors(sets) + times;
             print(stderr, times + "\n");
         }
         converged = converged && solution.radiosity.converged;
@@ -265,9 +292,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         for (std::size_t k = 0; k + 1 < totals.size(); ++k) {
             const auto sets =
                 compare_sensor_sets(scene, reference.sensors, totals[k].total_lx, reference.total_lx);
-            print(stdout, account(totals[k].backend, reference.backend, sets));
-            write_file(options.out / fmt::format("{}_minus_{}.json", totals[k].backend, reference.backend),
-                       comparison_json(totals[k].backend, reference.backend, sets));
+            print(stdout, account(totals[k].backend.name, reference.backend.name, sets));
+            write_file(comparison_file(options.out, totals[k].backend.name, reference.backend.name),
+                       comparison_json(scene, options.scene, totals[k].backend, reference.backend, sets));
         }
     }
     return converged ? ExitCode::done : ExitCode::not_converged;

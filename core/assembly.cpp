@@ -335,6 +335,18 @@ public:
         return layers(domain, actions, plane, side, scene_.ground.z_m);
     }
 
+    // A polygon of the scene by itself, cut into convex facets.
+    std::vector<Facet> polygon_facets(const SurfacePolygon& polygon) const {
+        const PlaneFrame plane = polygon_plane(polygon.vertices_m);
+        std::vector<Facet> facets;
+        for (const Ring& ring : convex_parts(region_of(plane, polygon.vertices_m, polygon.holes_m))) {
+            Facet facet{.normal = plane.normal};
+            for (const PlanePoint& p : ring) facet.vertices_m.push_back(plane.to_world(p));
+            facets.push_back(std::move(facet));
+        }
+        return facets;
+    }
+
 private:
     void add_action(std::vector<Action>& actions, std::size_t polyhedron, Ring outline) const {
         if (outline.empty()) return;
@@ -513,14 +525,41 @@ private:
 
     void add_polygon_side(const SurfacePolygon& polygon, const PlaneFrame& plane, const Region& region, bool reverse) {
         Region visible = region;
-        if (!scene_.polyhedra.empty())
-            visible = subtract(visible, layers_at(plane, reverse ? Side::back : Side::front, region).solid);
+        if (!scene_.polyhedra.empty() || polygon.side == Environment::outdoor) {
+            const Layers around = layers_at(plane, reverse ? Side::back : Side::front, region);
+            visible = subtract(visible, around.solid);
+            // Rooms of imported polygons may lie below the ground; nothing outdoors does.
+            if (polygon.side == Environment::outdoor) visible = subtract(visible, around.ground);
+        }
         visible = without_slivers(visible);
         if (visible.empty()) return;
+        cover_faces(plane, visible, reverse);
         const FaceFrame frame = frame_of(region, plane);
         add_face({.name = polygon.id, .frame = frame, .normal = {}, .environment = polygon.side, .material = polygon.material,
                   .sheet = true},
                  plane, std::move(visible), reverse);
+    }
+
+    // A polygon that lies on a surface, like a rug on the floor, takes its place.
+    void cover_faces(const PlaneFrame& plane, const Region& cover, bool reverse) {
+        const dvec3 normal = reverse ? -plane.normal : plane.normal;
+        for (Face& face : building_.faces) {
+            if (face.aperture || glm::dot(face.normal, normal) < 1.0 - 1e-9) continue;
+            Region on_face;
+            bool coplanar = true;
+            for (const Ring& ring : cover) {
+                std::vector<dvec3> corners_m;
+                for (const PlanePoint& p : ring) corners_m.push_back(plane.to_world(p));
+                for (const dvec3& p : corners_m)
+                    coplanar = coplanar && std::abs(glm::dot(p - face.plane.origin_m, face.normal)) < coincidence_m;
+                if (!coplanar) break;
+                Ring turned_ring;
+                for (const dvec3& p : corners_m) turned_ring.push_back(face.plane.to_plane(p));
+                if (reverse) ClipperLib::ReversePath(turned_ring);
+                on_face.push_back(std::move(turned_ring));
+            }
+            if (coplanar) face.region = without_slivers(subtract(face.region, on_face));
+        }
     }
 
     static PlaneFrame polygon_plane(const std::vector<dvec3>& vertices_m) {
@@ -601,22 +640,23 @@ Medium medium_at(const Scene& scene, const glm::dvec3& point_m) {
 
 Region indoor_air_at_height(const Scene& scene, double z_m) {
     const PlaneFrame plane{{0, 0, z_m}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    if (scene.polyhedra.empty()) {
-        Region floors;
-        const Building building = assemble(scene);
-        for (const Facet& facet : building.facets) {
-            const bool floor = facet.environment == Environment::indoor && !facet.is_aperture && facet.normal.z > 0.5;
-            if (floor && facet.vertices_m[0].z < z_m) floors = unite(floors, polygon_region(plane, facet.vertices_m));
-        }
-        return floors;
-    }
     Region domain;
     for (const Polyhedron& polyhedron : scene.polyhedra) {
         if (polyhedron.effect != Effect::carve) continue;
         const Section cut = section(make_solid(polyhedron), plane);
         if (!cut.front.empty()) domain = unite(domain, {cut.front});
     }
-    return without_slivers(Assembler(scene).layers_at(plane, Side::front, domain).indoor);
+    const Assembler assembler(scene);
+    Region air = assembler.layers_at(plane, Side::front, domain).indoor;
+    // Rooms of polygons: over their floors, less what is filled.
+    Region floors;
+    for (const SurfacePolygon& polygon : scene.polygons) {
+        if (polygon.side != Environment::indoor || polygon.vertices_m[0].z >= z_m) continue;
+        for (const Facet& facet : assembler.polygon_facets(polygon))
+            if (facet.normal.z > 0.5) floors = unite(floors, polygon_region(plane, facet.vertices_m));
+    }
+    if (!floors.empty()) air = unite(air, subtract(floors, assembler.layers_at(plane, Side::front, floors).solid));
+    return without_slivers(air);
 }
 
 }  // namespace naturel

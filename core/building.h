@@ -30,7 +30,7 @@ struct Face {
     /// An inner aperture has two faces, one for each room; this is the other one.
     std::optional<FaceId> other_side{};
     PlaneFrame plane{};  ///< plane.normal == normal
-    Region region{};     ///< what is left of the face, in `plane`
+    Region region{};     ///< what is left of the face, in `plane`; may be empty
     bool sheet = false;  ///< a side of a polygon of the scene: no solid behind it, but light passes neither way
 };
 
@@ -76,7 +76,7 @@ enum class Medium { solid, indoor_air, outdoor_air };
 Medium medium_at(const Scene& scene, const glm::dvec3& point_m);
 
 /// Indoor air cut by the horizontal plane z, seen from above in the frame (origin (0,0,z), x east, y north).
-/// For a scene made of polygons only: the indoor floor polygons (facing up, below z) seen from above.
+/// Rooms made of polygons count with what lies over their floors (indoor polygons that face up, below z).
 Region indoor_air_at_height(const Scene& scene, double z_m);
 
 }  // namespace naturel

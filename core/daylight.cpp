@@ -75,6 +75,17 @@ AreaSamples area_samples(std::span<const dvec3> polygon, const dvec3& centroid_m
     return samples;
 }
 
+// Direct light on the room side of a pane, sampled over the patch.
+LightBySource light_on_pane(const DirectLight& direct, const PatchGrid& grid, PatchId id) {
+    const Patch& patch = grid.patches[index(id)];
+    const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+    std::vector<Band3> sun_lx(samples.positions_m.size());
+    direct.sun_at(samples.positions_m, patch.normal, sun_lx);
+    LightBySource sum = direct.without_sun({patch.centroid_m, patch.normal}).by_source();
+    for (std::size_t k = 0; k < sun_lx.size(); ++k) sum.other += samples.shares[k] * sun_lx[k];
+    return sum;
+}
+
 std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid) {
     std::vector<Band3> diffuse_transmittance;
     for (const Glazing& glazing : scene.glazings)
@@ -85,7 +96,7 @@ std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& buildi
         if (!face.aperture) {
             const Material& material = scene.materials[index(face.material)];
             optics[p].reflectance = material.reflectance;
-            optics[p].exitance_lm_m2 = material.exitance_lm_m2;
+            optics[p].exitance_lm_m2.other = material.exitance_lm_m2;
             continue;
         }
         const Aperture& aperture = building.apertures[index(*face.aperture)];
@@ -150,10 +161,17 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
     solution.nodes.resize(grid.nodes.size());
     parallel_stage("direct light at nodes", grid.nodes.size(), 8, progress, [&](std::size_t n) {
         const Node& node = grid.nodes[n];
-        solution.nodes[n].direct = direct.at({node.gather_position_m, building.faces[index(node.face)].normal});
+        const GatherPoint point{node.gather_position_m, building.faces[index(node.face)].normal};
+        DirectIlluminance& light = solution.nodes[n].direct;
+        if (!grid.follows_zones) {
+            light = direct.at(point);
+        } else if (!node.umbra) {
+            light = direct.without_sun(point);
+            if (node.sunspot != no_sunspot) light.sun_lx = grid.sunspot_illuminance_lx[node.sunspot];
+        }
     });
 
-    // Patches: the mean of their nodes, but for the sun, whose edges run through patches.
+    // Patches: the mean of their nodes, but for the sun, whose edges run through the patches of a grid without zones.
     solution.patch_components.resize(grid.gather_patch_count);
     parallel_stage("direct light on patches", grid.indoor_patch_count, 16, progress, [&](std::size_t p) {
         const auto id = make_id<PatchId>(p);
@@ -166,7 +184,9 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
             mean.sky_lx += weights[k] * corner.sky_lx;
             mean.outdoor_lx += weights[k] * corner.outdoor_lx;
         }
-        if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
+        if (grid.follows_zones) {
+            if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];
+        } else if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
             const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
             std::vector<Band3> sun_lx(samples.positions_m.size());
             direct.sun_at(samples.positions_m, patch.normal, sun_lx);
@@ -176,13 +196,22 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
     for (const DirectIlluminance& components : solution.patch_components)
         solution.patch_direct_lx.push_back(components.by_source());
 
+    // Panes send some of the direct light that falls on them back into the room; the rest is lost to the room, or has been
+    // followed through them already.
+    std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
+    parallel_stage("direct light on panes", grid.gather_patch_count - grid.indoor_patch_count, 4, progress, [&](std::size_t k) {
+        const std::size_t p = grid.indoor_patch_count + k;
+        if (largest(optics[p].reflectance) <= 0.0) return;
+        optics[p].exitance_lm_m2 = optics[p].reflectance * light_on_pane(direct, grid, make_id<PatchId>(p));
+    });
+
     const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
     solution.form_factor_quality = form_factors.quality;
 
     std::vector<double> area_m2;
     for (std::size_t p = 0; p < grid.gather_patch_count; ++p) area_m2.push_back(grid.patches[p].area_m2);
-    solution.radiosity = solve_radiosity(form_factors, area_m2, patch_optics(scene, building, grid), solution.patch_direct_lx,
-                                         options.radiosity, progress);
+    solution.radiosity =
+        solve_radiosity(form_factors, area_m2, optics, solution.patch_direct_lx, options.radiosity, progress);
 
     const std::span<const LightBySource> exitance = solution.radiosity.exitance_lm_m2;
     ThreadScratch<FormFactorRow> scratch;

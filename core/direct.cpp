@@ -39,10 +39,14 @@ DirectLight::DirectLight(const Scene& scene, const Building& building, const Pat
 DirectLight::~DirectLight() = default;
 
 DirectIlluminance DirectLight::at(const GatherPoint& point) const {
+    DirectIlluminance found = without_sun(point);
+    found.sun_lx = implementation_->light.sun_lx(point, implementation_->visibility);
+    return found;
+}
+
+DirectIlluminance DirectLight::without_sun(const GatherPoint& point) const {
     const SkyAndOutdoors found = implementation_->sky_and_outdoors(point);
-    return {.sky_lx = found.sky_lx,
-            .sun_lx = implementation_->light.sun_lx(point, implementation_->visibility),
-            .outdoor_lx = found.outdoor_lx};
+    return {.sky_lx = found.sky_lx, .sun_lx = {}, .outdoor_lx = found.outdoor_lx};
 }
 
 void DirectLight::sun_at(std::span<const glm::dvec3> positions_m, const glm::dvec3& normal,

@@ -27,6 +27,9 @@ public:
     /// Sky, sun and outdoor light. Thread-safe.
     DirectIlluminance at(const GatherPoint& point) const;
 
+    /// The same but for the sun, where that is known from the zones of light.
+    DirectIlluminance without_sun(const GatherPoint& point) const;
+
     /// The sun alone, at n points of one plane: for means over a patch.
     void sun_at(std::span<const glm::dvec3> positions_m, const glm::dvec3& normal, std::span<Band3> sun_lx) const;
 

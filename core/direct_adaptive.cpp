@@ -11,7 +11,7 @@ namespace naturel {
 namespace {
 
 using Edge = AdaptiveScratch::Edge;
-using Element = AdaptiveScratch::Element;
+using ApertureElement = AdaptiveScratch::ApertureElement;
 
 // Before any light is looked at, elements are divided to these limits, lest a glazing bar or a piece of furniture fall
 // between the samples and an estimate from too few of them look converged. Found by trial (tests/core/direct_test.cpp).
@@ -66,11 +66,11 @@ public:
     Integration(const GatherPoint& point, const ApertureLight& light, const Visibility& visibility,
                 AdaptiveScratch& scratch)
         : point_(point), light_(light), visibility_(visibility), mesh_(scratch) {
-        mesh_.views.clear();
+        mesh_.parts.clear();
         mesh_.elements.clear();
         mesh_.edges.clear();
         mesh_.directions.clear();
-        mesh_.view_of.clear();
+        mesh_.part_of.clear();
         mesh_.rays.clear();
         mesh_.seen.clear();
         mesh_.light.clear();
@@ -80,7 +80,7 @@ public:
     SkyAndOutdoors run(double tolerance) {
         for (std::size_t k = 0; k < light_.openings().size(); ++k) add_aperture(k);
         if (mesh_.elements.empty()) return {};
-        for (const Element& element : mesh_.elements) all_apertures_sr_ += element.projected_solid_angle_sr;
+        for (const ApertureElement& element : mesh_.elements) all_apertures_sr_ += element.projected_solid_angle_sr;
         halve_large_elements();
         add_probes();
         mesh_.fresh.resize(mesh_.elements.size());
@@ -89,7 +89,7 @@ public:
             look();
             locate_crossings();
             for (const std::uint32_t i : mesh_.fresh) estimate(mesh_.elements[i]);
-            for (Element& element : mesh_.elements) learn_from_other_samples(element);
+            for (ApertureElement& element : mesh_.elements) learn_from_other_samples(element);
         } while (refine(tolerance));
         return total();
     }
@@ -124,14 +124,14 @@ private:
         // Off the middle, lest all samples of a row fall on one side of an edge in a symmetric scene.
         const glm::dvec3 inside =
             glm::normalize(middle + 0.17 * (polygon[0] - middle) + 0.11 * (polygon[1] - middle));
-        const auto view = static_cast<std::uint32_t>(mesh_.views.size());
-        mesh_.views.push_back({aperture, inside});
+        const auto part = static_cast<std::uint32_t>(mesh_.parts.size());
+        mesh_.parts.push_back({aperture, inside});
 
         const auto count = static_cast<std::uint32_t>(polygon.size());
         const auto first = static_cast<std::uint32_t>(mesh_.directions.size());
-        for (const glm::dvec3& vertex : polygon) add_sample(vertex, view);
+        for (const glm::dvec3& vertex : polygon) add_sample(vertex, part);
         const bool small = reach <= 0.5 * first_edge;
-        const std::uint32_t hub = small ? first : add_sample(inside, view);
+        const std::uint32_t hub = small ? first : add_sample(inside, part);
         const std::uint32_t begin = small ? 1 : 0, end = small ? count - 1 : count;
         std::uint32_t before = add_edge(hub, first + begin);
         const std::uint32_t first_spoke = before;
@@ -144,26 +144,26 @@ private:
         }
     }
 
-    std::uint32_t add_sample(const glm::dvec3& direction, std::uint32_t view) {
+    std::uint32_t add_sample(const glm::dvec3& direction, std::uint32_t part) {
         mesh_.directions.push_back(direction);
-        mesh_.view_of.push_back(view);
-        mesh_.rays.push_back(glm::normalize(direction + inset * (mesh_.views[view].inside - direction)));
+        mesh_.part_of.push_back(part);
+        mesh_.rays.push_back(glm::normalize(direction + inset * (mesh_.parts[part].inside - direction)));
         return static_cast<std::uint32_t>(mesh_.directions.size() - 1);
     }
 
     std::uint32_t add_edge(std::uint32_t a, std::uint32_t b) {
         const glm::dvec3 middle = glm::normalize(mesh_.directions[a] + mesh_.directions[b]);
-        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.view_of[a])});
+        mesh_.edges.push_back({.a = a, .b = b, .middle = add_sample(middle, mesh_.part_of[a])});
         return static_cast<std::uint32_t>(mesh_.edges.size() - 1);
     }
 
-    void measure(Element& element) const {
+    void measure(ApertureElement& element) const {
         const auto& [a, b, c] = element.corners;
         const std::array<glm::dvec3, 3> triangle{mesh_.directions[a], mesh_.directions[b], mesh_.directions[c]};
         element.projected_solid_angle_sr = std::max(0.0, glm::dot(point_.normal, vector_solid_angle(triangle)));
     }
 
-    void add_element(Element element) {
+    void add_element(ApertureElement element) {
         measure(element);
         mesh_.elements.push_back(element);
     }
@@ -188,7 +188,7 @@ private:
     void halve_large_elements() {
         const double largest_sr = first_share * all_apertures_sr_;
         for (std::size_t i = 0; i < mesh_.elements.size();) {
-            const Element whole = mesh_.elements[i];
+            const ApertureElement whole = mesh_.elements[i];
             std::size_t k = 0;
             double longest = 0.0;
             for (std::size_t side = 0; side < 3; ++side) {
@@ -206,7 +206,7 @@ private:
                                 edge_tip_a = whole.edges[(k + 2) % 3];
             const std::uint32_t middle = mesh_.edges[edge_ab].middle;
             const std::uint32_t cut = add_edge(middle, tip);
-            Element part = whole;
+            ApertureElement part = whole;
             part.corners = {a, middle, tip};
             part.edges = {half_of(edge_ab, a), cut, edge_tip_a};
             measure(part);
@@ -220,17 +220,17 @@ private:
     /// Corners and middles stand in rows, between which a glazing bar can hide: probes do not.
     void add_probes() {
         for (std::size_t i = 0; i < mesh_.elements.size(); ++i) {
-            Element& element = mesh_.elements[i];
+            ApertureElement& element = mesh_.elements[i];
             double s = uniform_from(2 * i), t = uniform_from(2 * i + 1);
             if (s + t > 1.0) s = 1.0 - s, t = 1.0 - t;
             const auto& [a, b, c] = element.corners;
             element.probe = add_sample(glm::normalize((1.0 - s - t) * mesh_.directions[a] + s * mesh_.directions[b] +
                                                       t * mesh_.directions[c]),
-                                       mesh_.view_of[a]);
+                                       mesh_.part_of[a]);
         }
     }
 
-    bool contains(const Element& element, std::uint32_t sample) const {
+    bool contains(const ApertureElement& element, std::uint32_t sample) const {
         for (std::size_t k = 0; k < 3; ++k) {
             const glm::dvec3& from = mesh_.directions[element.corners[k]];
             const glm::dvec3& to = mesh_.directions[element.corners[(k + 1) % 3]];
@@ -248,13 +248,13 @@ private:
         visibility_.first_seen(point_, std::span(mesh_.rays).subspan(known, count),
                                std::span(mesh_.seen).subspan(known, count));
         for (std::size_t i = known; i < mesh_.directions.size(); ++i) {
-            const std::size_t aperture = mesh_.views[mesh_.view_of[i]].aperture;
+            const std::size_t aperture = mesh_.parts[mesh_.part_of[i]].aperture;
             mesh_.light[i] = light_.along(point_.position_m, mesh_.rays[i], mesh_.seen[i], aperture);
         }
     }
 
     /// The corner that one straight edge of what is seen would cut off, judging by the six samples; 3 if there is none.
-    std::size_t odd_corner(const Element& element) const {
+    std::size_t odd_corner(const ApertureElement& element) const {
         for (std::size_t k = 0; k < 3; ++k) {
             const IncomingLight& odd = mesh_.light[element.corners[k]];
             const IncomingLight& rest = mesh_.light[element.corners[(k + 1) % 3]];
@@ -276,7 +276,7 @@ private:
     void locate_crossings() {
         mesh_.crossed.clear();
         for (const std::uint32_t i : mesh_.fresh) {
-            const Element& element = mesh_.elements[i];
+            const ApertureElement& element = mesh_.elements[i];
             const std::size_t odd = odd_corner(element);
             if (odd == 3) continue;
             for (const std::size_t side : {odd, (odd + 2) % 3}) {
@@ -296,7 +296,7 @@ private:
             auto sample = static_cast<std::uint32_t>(mesh_.directions.size());
             for (const std::uint32_t id : mesh_.crossed) {
                 const Edge& edge = mesh_.edges[id];
-                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.view_of[edge.a]);
+                add_sample(on_edge(edge, 0.5 * (edge.low + edge.high)), mesh_.part_of[edge.a]);
             }
             look();
             for (const std::uint32_t id : mesh_.crossed) bisect(mesh_.edges[id], sample++);
@@ -319,7 +319,7 @@ private:
     /// Where all see the same, light is smooth: the three middles integrate a quadratic exactly, and the corners tell
     /// the error. Where one corner is odd, a straight edge between the two crossings divides the element. Else each of
     /// its four quarters has the mean of its corners, and the error is what edges do on average.
-    void estimate(Element& element) const {
+    void estimate(ApertureElement& element) const {
         element.cut_normal = {};
         const double whole_sr = element.projected_solid_angle_sr;
         if (whole_sr == 0.0) return;
@@ -394,7 +394,7 @@ private:
 
     /// The probe inside, or points of an edge that a neighbour has looked at since it was divided, may tell that an
     /// edge runs otherwise than the six samples made believe.
-    void learn_from_other_samples(Element& element) const {
+    void learn_from_other_samples(ApertureElement& element) const {
         const bool cut = element.cut_normal != glm::dvec3{};
         const auto learn_from = [&](std::uint32_t sample) {
             std::uint32_t alike = element.corners[0];
@@ -428,7 +428,7 @@ private:
     /// Divides in four the elements that matter most; false when there is no need, or no budget.
     bool refine(double tolerance) {
         double sum = 0.0, squared_error = 0.0;
-        for (const Element& element : mesh_.elements) {
+        for (const ApertureElement& element : mesh_.elements) {
             sum += element.illuminance_lx;
             squared_error += element.error_lx * element.error_lx;
         }
@@ -458,14 +458,14 @@ private:
     }
 
     void divide_in_four(std::uint32_t position) {
-        const Element whole = mesh_.elements[position];
+        const ApertureElement whole = mesh_.elements[position];
         const auto& [a, b, c] = whole.corners;
         const auto& [edge_ab, edge_bc, edge_ca] = whole.edges;
         const std::uint32_t ab = mesh_.edges[edge_ab].middle, bc = mesh_.edges[edge_bc].middle,
                             ca = mesh_.edges[edge_ca].middle;
         const std::uint32_t at_a = add_edge(ca, ab), at_b = add_edge(ab, bc), at_c = add_edge(bc, ca);
         const auto part = [&](const std::array<std::uint32_t, 3>& corners, const std::array<std::uint32_t, 3>& edges) {
-            Element element = whole;
+            ApertureElement element = whole;
             element.corners = corners;
             element.edges = edges;
             if (whole.probe != AdaptiveScratch::none && !contains(element, whole.probe)) {
@@ -487,7 +487,7 @@ private:
 
     SkyAndOutdoors total() const {
         SkyAndOutdoors sum;
-        for (const Element& element : mesh_.elements) {
+        for (const ApertureElement& element : mesh_.elements) {
             for (std::size_t k = 0; k < 3; ++k) {
                 sum.add(element.weights_sr[k], mesh_.light[element.corners[k]]);
                 sum.add(element.weights_sr[k + 3], mesh_.light[mesh_.edges[element.edges[k]].middle]);

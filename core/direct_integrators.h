@@ -69,7 +69,7 @@ struct AdaptiveScratch {
     };
     /// A triangle, counter-clockwise; edge k joins corner k and corner k + 1, in either direction. Neighbours share edges,
     /// and so samples.
-    struct Element {
+    struct ApertureElement {
         std::array<std::uint32_t, 3> corners{}, edges{};
         std::uint32_t probe = none;  ///< a sample anywhere inside, which only tells whether something is there
         double projected_solid_angle_sr = 0.0;
@@ -80,16 +80,16 @@ struct AdaptiveScratch {
         double error_lx = 0.0;
     };
     /// A convex part of an aperture as far as it is in front of the point, above or below its horizon.
-    struct View {
+    struct AperturePart {
         std::size_t aperture = 0;
         glm::dvec3 inside{};  ///< a direction well inside
     };
-    std::vector<View> views;
-    std::vector<Element> elements;
+    std::vector<AperturePart> parts;
+    std::vector<ApertureElement> elements;
     std::vector<Edge> edges;
     std::vector<glm::dvec3> directions;  ///< of the samples; unit
-    std::vector<std::uint32_t> view_of;  ///< [samples]
-    std::vector<glm::dvec3> rays;        ///< [samples], directions drawn off the outline of the view; unit
+    std::vector<std::uint32_t> part_of;  ///< [samples]
+    std::vector<glm::dvec3> rays;        ///< [samples], directions drawn off the outline of the part; unit
     std::vector<FacetId> seen;           ///< [samples]
     std::vector<IncomingLight> light;    ///< [samples]
     std::vector<std::uint32_t> fresh;     ///< elements to be estimated

@@ -1,5 +1,7 @@
 #include "core/form_factors.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -317,6 +319,53 @@ double change(const FormFactors& raw, const FormFactors& repaired, const std::ve
 }
 
 }  // namespace
+
+FormFactorSample sample_form_factors(const Visibility& visibility, const PatchGrid& grid, Progress& progress) {
+    // About this many rows in all, but one of every face: enough for a forecast within some percent.
+    constexpr std::size_t wanted_rows = 512;
+    const std::size_t step = std::max<std::size_t>(1, grid.gather_patch_count / wanted_rows);
+    std::vector<PatchId> chosen;
+    for (std::size_t k = 0; k < grid.gather_patch_count; ++k)
+        if (k % step == 0 || grid.patches[k].face != grid.patches[k - 1].face)
+            chosen.push_back(make_id<PatchId>(k));
+    if (chosen.empty()) return {};
+
+    std::vector<double> lost(chosen.size());
+    std::vector<std::size_t> entries(chosen.size());
+    ThreadScratch<FormFactorRow> rows;
+    parallel_stage("form factors of some patches", chosen.size(), 1, progress, [&](std::size_t k) {
+        FormFactorRow& row = rows.local();
+        visibility.form_factor_row(chosen[k], row);
+        lost[k] = row.lost;
+        entries[k] = row.values.size();
+    });
+
+    const auto worst = std::ranges::max_element(lost);
+    return {.mean_row_length = static_cast<double>(std::accumulate(entries.begin(), entries.end(), std::size_t{0})) /
+                               static_cast<double>(entries.size()),
+            .worst_lost = *worst,
+            .worst_patch = chosen[static_cast<std::size_t>(worst - lost.begin())]};
+}
+
+double forecast_memory_bytes(std::size_t row_count, double mean_row_length) {
+    // A column number and a value per entry.
+    constexpr double bytes_per_entry = sizeof(std::uint32_t) + sizeof(double);
+    // While rows are repaired there are the rows, their transpose and the exchanges of both, up to twice as long.
+    // Measured in a room of 4268 patches: 3.4 times the rows.
+    constexpr double copies = 4.0;
+    return copies * static_cast<double>(row_count) * mean_row_length * bytes_per_entry;
+}
+
+void refuse_excessive_memory(const Visibility& visibility, const PatchGrid& grid, double memory_bytes,
+                             Progress& progress) {
+    const std::size_t count = grid.gather_patch_count;
+    if (forecast_memory_bytes(count, static_cast<double>(count)) <= memory_bytes) return;
+    const double needed = forecast_memory_bytes(count, sample_form_factors(visibility, grid, progress).mean_row_length);
+    if (needed > memory_bytes)
+        throw InputError("", fmt::format("the form factors of {} patches need about {:.1f} GB of memory, and there are "
+                                         "{:.1f} GB (make \"spacing_m\" of \"grid\" larger)",
+                                         count, needed / 1e9, memory_bytes / 1e9));
+}
 
 FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& grid,
                                  const FormFactorOptions& options, Progress& progress) {

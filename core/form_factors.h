@@ -39,6 +39,24 @@ struct FormFactorOptions {
     FormFactorRepair repair = FormFactorRepair::reciprocal;
 };
 
+/// Rows of some patches of every face: what all rows will be like.
+struct FormFactorSample {
+    double mean_row_length = 0.0;  ///< entries
+    double worst_lost = 0.0;       ///< largest FormFactorRow::lost
+    PatchId worst_patch{};         ///< whose row that is
+};
+
+/// Asks `visibility` for about 512 rows, in parallel.
+FormFactorSample sample_form_factors(const Visibility& visibility, const PatchGrid& grid, Progress& progress);
+
+/// The most memory that compute_form_factors() takes at a time, bytes, where a row has so many entries on average.
+double forecast_memory_bytes(std::size_t row_count, double mean_row_length);
+
+/// Throws InputError when the form factors of a grid need more than `memory_bytes`. Asks for a sample of the rows only
+/// where rows that see everything would not fit.
+void refuse_excessive_memory(const Visibility& visibility, const PatchGrid& grid, double memory_bytes,
+                             Progress& progress);
+
 /// Asks `visibility` for every row, in parallel.
 FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& grid, const FormFactorOptions& options,
                                  Progress& progress);

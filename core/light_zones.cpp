@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "core/parallel.h"
+#include "core/sun.h"
 #include "core/sunspot.h"
 #include "core/umbra.h"
 
@@ -24,6 +25,15 @@ LightZones find_light_zones(const Scene& scene, const Building& building, const 
         for (const Sunspot& spot : zones.sunspots[f]) zones.umbra[f] = subtract(zones.umbra[f], spot.region);
     });
     return zones;
+}
+
+LightZones find_light_zones(const Scene& scene, const Building& building) {
+    if (!scene.grid.zones) return {};
+    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
+        return find_light_zones(scene, building, nullptr);
+    const SunBeam sun{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
+                      scene.sun->direct_normal_illuminance_lx};
+    return find_light_zones(scene, building, &sun);
 }
 
 }  // namespace naturel

@@ -32,4 +32,7 @@ struct SunBeam {
 /// them sees no aperture. sun: null when there is none or it is below the horizon.
 LightZones find_light_zones(const Scene& scene, const Building& building, const SunBeam* sun);
 
+/// The same with the sun of the scene, or none at all when the scene's grid shall not follow zones.
+LightZones find_light_zones(const Scene& scene, const Building& building);
+
 }  // namespace naturel

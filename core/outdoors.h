@@ -19,6 +19,7 @@ struct LightBySource {
     LightBySource& operator+=(const LightBySource& o) { return sky += o.sky, other += o.other, *this; }
     friend LightBySource operator+(LightBySource a, const LightBySource& b) { return a += b; }
     friend LightBySource operator*(double k, const LightBySource& a) { return {k * a.sky, k * a.other}; }
+    friend LightBySource operator*(const Band3& k, const LightBySource& a) { return {k * a.sky, k * a.other}; }
     Band3 total() const { return sky + other; }
 };
 

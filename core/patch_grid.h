@@ -4,9 +4,12 @@
 #include <vector>
 
 #include "core/building.h"
+#include "core/light_zones.h"
 #include "core/scene.h"
 
 namespace naturel {
+
+inline constexpr std::uint32_t no_sunspot = 0xffff'ffffu;
 
 /// What is left of a cell of a face's grid: the unit of form factors and of the radiosity. Convex.
 struct Patch {
@@ -16,18 +19,24 @@ struct Patch {
     double area_m2 = 0.0;
     std::uint32_t first_corner = 0;  ///< into PatchGrid::corners
     std::uint32_t corner_count = 0;
+    std::uint32_t sunspot = no_sunspot;  ///< into PatchGrid::sunspot_illuminance_lx
+    bool umbra = false;                  ///< sees no aperture: nothing direct arrives
 };
 
-/// A corner of one or more patches of one face, where direct illuminance is computed.
+/// A corner of one or more patches of one face, where direct illuminance is computed. Along the edge of a sunspot there are
+/// two nodes at the same place, one for each side: light jumps there.
 struct Node {
     FaceId face{};
     glm::dvec3 position_m{};
     /// Where light is gathered for it: moved off the outline of the face into its patches by up to 1 mm, so that a
     /// node in a corner of the room does not sit inside the neighbouring wall.
     glm::dvec3 gather_position_m{};
+    std::uint32_t sunspot = no_sunspot;  ///< of its patches
+    bool umbra = false;                  ///< all of its patches are in an umbra zone
 };
 
-/// The calculation grid of a building. Geometry only: the same for every sky and every visibility method.
+/// The calculation grid of a building. The same for every sky and every visibility method; it follows the sun only in where
+/// its zones are.
 class PatchGrid {
 public:
     std::vector<Patch> patches;   ///< of indoor faces first, then apertures, then outdoor faces
@@ -36,6 +45,9 @@ public:
     std::vector<glm::dvec3> corner_positions_m;  ///< the same corners as points; also for patches without nodes
     std::size_t indoor_patch_count = 0;  ///< opaque indoor patches: [0, indoor_patch_count)
     std::size_t gather_patch_count = 0;  ///< with the apertures: [0, gather_patch_count) exchange light in the radiosity
+
+    bool follows_zones = false;  ///< cut along sunspots and umbra zones: each patch and node knows its own
+    std::vector<Band3> sunspot_illuminance_lx;  ///< what the sun gives to all of a sunspot
 
     /// Nodes of a patch of an indoor opaque face.
     std::span<const NodeId> corners_of(PatchId patch) const;
@@ -54,19 +66,22 @@ public:
     void interpolation_weights(PatchId patch, const glm::dvec3& point_m, std::span<double> weights) const;
 
 private:
-    friend PatchGrid make_patch_grid(const Building&, const GridOptions&);
+    friend class PatchGridBuilder;
     struct FaceGrid {
         glm::dvec3 origin_m{}, du{}, dv{};  ///< s = dot(p - origin, du) in [0, nu), t likewise
         int nu = 0, nv = 0;
-        std::uint32_t first_cell = 0;  ///< into first_patch_
+        std::uint32_t first_cell = 0;  ///< into first_in_cell_
     };
     std::vector<FaceGrid> face_grids_;
-    std::vector<std::uint32_t> first_patch_;  ///< patches of cell c: [first_patch_[c], first_patch_[c + 1])
+    std::vector<std::uint32_t> first_in_cell_;  ///< patches of cell c: cell_patches_[first_in_cell_[c] ... first_in_cell_[c + 1])
+    std::vector<PatchId> cell_patches_;
     std::vector<PatchId> behind_;
 };
 
-/// Lays a regular grid on every face, with counts that follow its side lengths, and cuts the cells by what is left of the
-/// face (docs/method.md, "Grid").
-PatchGrid make_patch_grid(const Building& building, const GridOptions& options);
+/// Lays a regular grid on every face, with counts that follow its side lengths, cuts the cells by what is left of the face
+/// and by the zones of light on it, and joins slivers with a neighbour (docs/method.md, "Grid").
+/// zones: [faces] each, as find_light_zones() made them; empty vectors for a grid that knows no zones.
+/// Throws InputError, before it takes any memory, where that would be more than ten million cells.
+PatchGrid make_patch_grid(const Building& building, const GridOptions& options, const LightZones& zones = {});
 
 }  // namespace naturel

@@ -51,7 +51,7 @@ private:
         const PatchId patch = grid_.patch_at(facet.face, point_m);
         if (patch == PatchId::none) return {};
         const auto corners = grid_.corners_of(patch);
-        thread_local std::vector<double> weights;
+        std::vector<double>& weights = weights_.local();
         weights.resize(corners.size());
         grid_.interpolation_weights(patch, point_m, weights);
         Band3 illuminance_lx;
@@ -66,6 +66,7 @@ private:
     const PatchGrid& grid_;
     const DaylightSolution& solution_;
     ApertureLight apertures_;
+    mutable ThreadScratch<std::vector<double>> weights_;
 };
 
 }  // namespace

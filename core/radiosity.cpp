@@ -225,7 +225,7 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
     for (std::size_t i = 0; i < count; ++i)
         direct[i] = to_channels(direct_illuminance_lx[i]);
     for (std::size_t i = 0; i < count; ++i) {
-        first_exitance[i] = enclosure.reflect(direct, i) + to_channels({{}, optics[i].exitance_lm_m2});
+        first_exitance[i] = enclosure.reflect(direct, i) + to_channels(optics[i].exitance_lm_m2);
         // In this inner product K F is self-adjoint (reciprocal F, no inner apertures) and its norm at most
         // the largest gain: the minimal residual steps below then have conjugate directions.
         const Channels gain = enclosure.gain(i);
@@ -241,7 +241,8 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
         double worst = 0.0;
         for (std::size_t c = 0; c < channel_count; ++c)
             if (largest_residual[c] > 0.0)
-                worst = std::max(worst, largest_residual[c] * bound.factor[c] * room_area_m2 / flux[c]);
+                worst = std::max(worst, flux[c] > 0.0 ? largest_residual[c] * bound.factor[c] * room_area_m2 / flux[c]
+                                                      : std::numeric_limits<double>::infinity());
         return worst;
     };
 
@@ -341,7 +342,7 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
         for (std::size_t e = form_factors.row_begin[i]; e < form_factors.row_begin[i + 1]; ++e)
             row_sum += form_factors.value[e];
         const Channels kept = both_sources(optics[i].reflectance + optics[i].transmittance);
-        const Channels emitted = to_channels({{}, optics[i].exitance_lm_m2});
+        const Channels emitted = to_channels(optics[i].exitance_lm_m2);
         for (std::size_t c = 0; c < channel_count; ++c) {
             incoming[i][c] = direct[i][c] + emitted[c];
             absorbed[i][c] = (1.0 - kept[c]) * (direct[i][c] + illuminance[i][c]);

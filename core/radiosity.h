@@ -17,7 +17,9 @@ struct PatchOptics {
     Band3 reflectance{};
     Band3 transmittance{};           ///< diffuse, to `behind`; inner apertures only
     PatchId behind = PatchId::none;
-    Band3 exitance_lm_m2{};          ///< emitted by itself
+    /// Emitted by itself; of a pane also the direct light it reflects. (What it lets pass is direct light elsewhere, so the
+    /// direct illuminance of a pane is not part of the balance.)
+    LightBySource exitance_lm_m2{};
 };
 
 struct RadiositySolution {

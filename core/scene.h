@@ -14,11 +14,18 @@ namespace naturel {
 /// Where a finish or a facet faces: the air inside the building or the open air.
 enum class Environment { indoor, outdoor };
 
+/// What became of a colour given as xyY that no reflectance of the primaries shows (core/colour.h).
+struct Desaturation {
+    double saturation_kept = 1.0;     ///< 1: nothing happened; less: drawn towards the grey of the same Y
+    double chromaticity_shift = 0.0;  ///< distance in CIE 1931 (x, y) from the colour asked for to that shown
+};
+
 /// An opaque, diffuse (Lambert) surface.
 struct Material {
     std::string name{};
     Band3 reflectance = grey(0.5);  ///< 1, each band in [0, 0.99]
     Band3 exitance_lm_m2{};         ///< light the surface emits by itself, lm/m2
+    Desaturation desaturation{};
 };
 
 /// How transmittance falls with the angle of incidence (docs/method.md, "Glazing").
@@ -87,6 +94,7 @@ struct AperturePolygon {
 struct Ground {
     double z_m = 0.0;
     Band3 reflectance = grey(0.2);
+    Desaturation desaturation{};
 };
 
 enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
@@ -105,9 +113,21 @@ struct SunDescription {
     double direct_normal_illuminance_lx = 0.0;
 };
 
+/// Finer cells where light changes fast. Judged by geometry alone, so that the grid is the same for every visibility method.
+struct GridRefinement {
+    int levels = 0;         ///< how often a cell may be divided in four; 0: never
+    double contrast = 0.5;  ///< divide where what corners get from unobstructed apertures differs by more than this share
+};
+
 struct GridOptions {
     double spacing_m = 0.25;          ///< indoor faces and apertures: cells no longer than this
-    double outdoor_spacing_m = 1.0;   ///< outdoor faces, which only carry reflected light
+    double outdoor_spacing_m = 1.0;  ///< outdoor faces, which only carry reflected light
+    bool zones = true;               ///< cells are cut along sunspots and umbra zones
+    /// Patches below this share of a cell, or longer than this for their width, are joined with a neighbour of the same zone
+    /// where the result is convex.
+    double sliver_area = 0.1;
+    double sliver_aspect = 10.0;
+    GridRefinement refine{};  ///< indoor faces only
 };
 
 enum class DirectMethod {

@@ -39,7 +39,9 @@ inline constexpr SceneObjectKeys sky{
     "sky", {"model"}, {"zenith_luminance_cd_m2", "horizontal_illuminance_lx"}};
 inline constexpr SceneObjectKeys sun{
     "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "direct_normal_illuminance_lx"}};
-inline constexpr SceneObjectKeys grid{"grid", {}, {"spacing_m", "outdoor_spacing_m"}};
+inline constexpr SceneObjectKeys grid{
+    "grid", {}, {"spacing_m", "outdoor_spacing_m", "zones", "sliver_area", "sliver_aspect", "refine"}};
+inline constexpr SceneObjectKeys refine{"refine", {"levels"}, {"contrast"}};
 inline constexpr SceneObjectKeys direct{"direct", {}, {"method", "tolerance"}};
 inline constexpr SceneObjectKeys sensor{"sensor", {"id"}, {"grid", "points"}};
 inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m", "margin_m"}};
@@ -47,7 +49,7 @@ inline constexpr SceneObjectKeys view{
     "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height"}};
 
 inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour,
-                                polyhedron, polygon, aperture,    sky,     sun,    grid,
+                                polyhedron, polygon, aperture,    sky,     sun,    grid,   refine,
                                 direct,     sensor,  sensor_grid, view};
 
 }  // namespace scene_keys

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 
 #include "core/colour.h"
 #include "core/errors.h"
+#include "core/glazing.h"
 #include "core/json_document.h"
 #include "core/polyhedra.h"
 #include "core/scene_keys.h"
@@ -30,7 +32,7 @@ using glm::dvec3;
 constexpr double largest_reflectance = 0.99;
 /// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
 constexpr double largest_light = 1e10;
-/// More patches or sensors than this would fill the memory of a large machine, whatever the method.
+/// More sensors than this would fill the memory of a large machine, whatever the method.
 constexpr double most_points = 1e7;
 
 constexpr Range reflectance_range{0.0, largest_reflectance};
@@ -87,22 +89,35 @@ GlazingId read_glazing_name(const JsonValue& value, const Names& names) {
     refuse_unknown(value, "glazing", names.glazings);
 }
 
+struct Colour {
+    Band3 reflectance;
+    Desaturation desaturation;
+};
+
 /// Colours outside the gamut of the primaries are desaturated, not refused (core/colour.h).
-Band3 read_xyY(const JsonValue& value, PrimariesName primaries) {
+Colour read_xyY(const JsonValue& value, PrimariesName primaries_name) {
     // No real colour has less (the violet end of the spectrum: 0.0048), and X = x Y / y must stay finite.
     constexpr double smallest_y = 0.001;
     const auto [x, y, luminance_factor] =
         read_numbers<3>(value, "x, y, Y", {share_range, Range{smallest_y, 1.0}, reflectance_range});
     if (x + y > 1.0) value.refuse(fmt::format("x + y is {} (at most 1; D65 grey is 0.3127, 0.3290)", x + y));
-    return reflectance_from_xyY(Primaries(primaries), x, y, luminance_factor, largest_reflectance)
-        .reflectance;
+    const Primaries primaries(primaries_name);
+    const FittedReflectance fitted =
+        reflectance_from_xyY(primaries, x, y, luminance_factor, largest_reflectance);
+    if (fitted.saturation_kept >= 1.0) return {fitted.reflectance, {}};
+    const dvec3 shown = xyY_from_xyz(primaries.xyz(fitted.reflectance));
+    return {fitted.reflectance, {fitted.saturation_kept, std::hypot(shown.x - x, shown.y - y)}};
 }
 
 Material read_surface(const std::string& name, const SceneObject& object, PrimariesName primaries) {
     Material material{.name = name};
     if (const auto value = object.find("reflectance"))
         material.reflectance = grey(read_number(*value, reflectance_range));
-    if (const auto value = object.find("xyY")) material.reflectance = read_xyY(*value, primaries);
+    if (const auto value = object.find("xyY")) {
+        const Colour colour = read_xyY(*value, primaries);
+        material.reflectance = colour.reflectance;
+        material.desaturation = colour.desaturation;
+    }
     if (const auto value = object.find("rgb")) {
         if (value->kind() != JsonKind::list)
             value->refuse(value->describe() + " stands where [r, g, b] belongs (three reflectances)");
@@ -112,6 +127,24 @@ Material read_surface(const std::string& name, const SceneObject& object, Primar
         material.exitance_lm_m2 = read_bands(*value, {0.0, largest_light, "lm/m2"});
     }
     return material;
+}
+
+/// What a glazing lets through and what it reflects is no more than what falls on it.
+void check_energy(const SceneObject& object, const Glazing& glazing) {
+    const Band3 through = GlazingTransmission(glazing).diffuse_transmittance();
+    const Band3& back = glazing.inner_reflectance;
+    // An opening that lets all light pass has 1 only within the rounding of a numerical integral.
+    constexpr double rounding = 1e-9;
+    for (const auto& [band, transmittance, reflectance] :
+         {std::tuple{"red", through.r, back.r}, {"green", through.g, back.g}, {"blue", through.b, back.b}}) {
+        if (transmittance + reflectance <= 1.0 + rounding) continue;
+        object.find("inner_reflectance")
+            .value_or(object.at("normal_transmittance"))
+            .refuse(fmt::format(
+                "of diffuse light in the {} band the glazing lets {:.3f} through and reflects {:.3f}, together "
+                "{:.3f} (at most 1: it cannot give more light than it gets)",
+                band, transmittance, reflectance, transmittance + reflectance));
+    }
 }
 
 Glazing read_glazing(const std::string& name, const JsonValue& value) {
@@ -129,6 +162,8 @@ Glazing read_glazing(const std::string& name, const JsonValue& value) {
         glazing.inner_reflectance = read_bands(*inner, reflectance_range);
     glazing.maintenance = read_number(object, "maintenance", share_range, glazing.maintenance);
     glazing.frame = read_number(object, "frame", share_range, glazing.frame);
+
+    check_energy(object, glazing);
     return glazing;
 }
 
@@ -168,10 +203,12 @@ Ground read_ground(const JsonValue& value, PrimariesName primaries) {
     Ground ground;
     ground.z_m = read_number(object, "z", coordinate_range, ground.z_m);
     if (const auto reflectance = object.find("reflectance")) {
-        ground.reflectance =
+        const Colour colour =
             reflectance->kind() == JsonKind::object
                 ? read_xyY(SceneObject(*reflectance, scene_keys::ground_colour).at("xyY"), primaries)
-                : read_bands(*reflectance, reflectance_range);
+                : Colour{read_bands(*reflectance, reflectance_range), {}};
+        ground.reflectance = colour.reflectance;
+        ground.desaturation = colour.desaturation;
     }
     return ground;
 }
@@ -318,24 +355,6 @@ AperturePolygon read_aperture(const JsonValue& value, const Names& names, Unique
     return aperture;
 }
 
-/// Counts the points or cells of a grid as if nothing were cut away, and stops what no memory could hold.
-class PointBudget {
-public:
-    PointBudget(std::string_view who, std::string_view remedy) : who_(who), remedy_(remedy) {}
-
-    void spend(const JsonValue& at, double area_m2, double spacing_m) {
-        points_ += area_m2 / (spacing_m * spacing_m);
-        if (points_ > most_points) {
-            at.refuse(fmt::format("up to here {} about {:.2g} points (at most {:.2g}: make {} larger)", who_,
-                                  points_, most_points, remedy_));
-        }
-    }
-
-private:
-    std::string_view who_, remedy_;
-    double points_ = 0.0;
-};
-
 void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
     const std::vector<JsonValue> polyhedra = read_list(root, "polyhedra", "polyhedra");
     const std::vector<JsonValue> polygons = read_list(root, "polygons", "polygons");
@@ -344,26 +363,12 @@ void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
         root.refuse("the scene has no geometry (at least one polyhedron or polygon is needed)");
     }
     UniqueIds ids;
-    PointBudget budget("the calculation grid has", "spacing_m or outdoor_spacing_m of \"grid\"");
-    for (const JsonValue& value : polyhedra) {
-        const Polyhedron& p = scene.polyhedra.emplace_back(read_polyhedron(value, names, ids));
-        double area = 0.0;
-        for (const PolyhedronFace& face : polyhedron_faces(p))
-            area += polygon_area_m2(face.vertices_m);
-        // What a fill shows may be indoors or outdoors: the coarser grid is certain.
-        const double coarser_m = std::max(scene.grid.spacing_m, scene.grid.outdoor_spacing_m);
-        budget.spend(value, area, p.effect == Effect::fill ? coarser_m : scene.grid.spacing_m);
-    }
-    for (const JsonValue& value : polygons) {
-        const SurfacePolygon& p = scene.polygons.emplace_back(read_polygon(value, names, ids));
-        const bool indoor = p.side == Environment::indoor;
-        budget.spend(value, polygon_area_m2(p.vertices_m),
-                     indoor ? scene.grid.spacing_m : scene.grid.outdoor_spacing_m);
-    }
-    for (const JsonValue& value : apertures) {
-        const AperturePolygon& a = scene.apertures.emplace_back(read_aperture(value, names, ids));
-        budget.spend(value, polygon_area_m2(a.vertices_m), scene.grid.spacing_m);
-    }
+    for (const JsonValue& value : polyhedra)
+        scene.polyhedra.push_back(read_polyhedron(value, names, ids));
+    for (const JsonValue& value : polygons)
+        scene.polygons.push_back(read_polygon(value, names, ids));
+    for (const JsonValue& value : apertures)
+        scene.apertures.push_back(read_aperture(value, names, ids));
 }
 
 /// What the sun's position by the clock needs of a place.
@@ -496,9 +501,8 @@ SunDescription read_sun(const JsonValue& value, const std::optional<JsonValue>& 
     const SunAngles angles = read_sun_angles(object, site_value, site);
     SunDescription sun{.altitude_rad = angles.altitude_rad,
                        .azimuth_rad = model_azimuth(angles.azimuth_rad, site.north_rad)};
-    const double illuminance_lx =
+    sun.direct_normal_illuminance_lx =
         read_number(object, "direct_normal_illuminance_lx", {0.0, largest_light, "lx"}, 0.0);
-    if (sun.altitude_rad > 0.0) sun.direct_normal_illuminance_lx = illuminance_lx;
     return sun;
 }
 
@@ -525,6 +529,14 @@ GridOptions read_grid(const JsonValue& value) {
     GridOptions grid;
     grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
     grid.outdoor_spacing_m = read_number(object, "outdoor_spacing_m", spacing_range, grid.outdoor_spacing_m);
+    if (const auto zones = object.find("zones")) grid.zones = read_boolean(*zones);
+    grid.sliver_area = read_number(object, "sliver_area", {0.0, 0.5}, grid.sliver_area);
+    grid.sliver_aspect = read_number(object, "sliver_aspect", {4.0, 1e6}, grid.sliver_aspect);
+    if (const auto value_of_refine = object.find("refine")) {
+        const SceneObject refine(*value_of_refine, scene_keys::refine);
+        grid.refine.levels = read_integer(refine, "levels", {0, 4}, grid.refine.levels);
+        grid.refine.contrast = read_number(refine, "contrast", {0.01, 1.0}, grid.refine.contrast);
+    }
     return grid;
 }
 
@@ -550,6 +562,22 @@ SensorPoint read_sensor_point(const JsonValue& value) {
     if (length < shortest_m) value.refuse("the normal nx, ny, nz has no length (it must point somewhere)");
     return {.position_m = {x, y, z}, .normal = normal / length};
 }
+
+/// Counts the points of sensor grids as if nothing were cut away, and stops what no memory could hold.
+class PointBudget {
+public:
+    void spend(const JsonValue& at, double area_m2, double spacing_m) {
+        points_ += area_m2 / (spacing_m * spacing_m);
+        if (points_ > most_points) {
+            at.refuse(fmt::format("up to here the sensor grids have about {:.2g} points (at most {:.2g}: make "
+                                  "their spacing_m larger)",
+                                  points_, most_points));
+        }
+    }
+
+private:
+    double points_ = 0.0;
+};
 
 /// Upper limit of the floor area of the indoor air: the shadows that what encloses it casts on the ground.
 double indoor_shadow_m2(const Scene& scene) {
@@ -621,6 +649,13 @@ View read_view(const JsonValue& value, UniqueIds& ids) {
         radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
     view.width = read_integer(object, "width", pixels, view.width);
     view.height = read_integer(object, "height", pixels, view.height);
+    // A picture of so many pixels takes 4 GB while it is drawn.
+    constexpr double most_megapixels = 64.0;
+    const double megapixels = 1e-6 * view.width * view.height;
+    if (megapixels > most_megapixels) {
+        value.refuse(fmt::format("the picture has {} x {} pixels, {:.1f} million (at most {:.0f} million)",
+                                 view.width, view.height, megapixels, most_megapixels));
+    }
     return view;
 }
 
@@ -655,7 +690,7 @@ Scene read_document(const JsonDocument& document) {
     read_geometry(root, names, scene);
     read_light(root, site, scene);
     UniqueIds sensor_ids, view_ids;
-    PointBudget sensor_budget("the sensor grids have", "their spacing_m");
+    PointBudget sensor_budget;
     const double indoor_area_m2 = indoor_shadow_m2(scene);
     for (const JsonValue& value : read_list(root, "sensors", "sensor sets")) {
         scene.sensors.push_back(read_sensors(value, sensor_ids, indoor_area_m2, sensor_budget));

@@ -5,6 +5,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "core/polyhedra.h"
+
 namespace naturel {
 
 namespace {
@@ -24,12 +26,17 @@ bool lies_on(const Facet& facet, const dvec3& point_m) {
     return true;
 }
 
-// Membership knows polyhedra alone. Where polygons enclose the rooms, only what is filled is certain.
+// Membership knows polyhedra alone. Where nothing is carved and polygons face indoor air, they enclose the rooms, and only
+// what is filled is certain.
 Medium medium_of(const Scene& scene, const dvec3& point_m) {
-    const Medium medium = medium_at(scene, point_m);
-    const bool rooms_of_polygons = std::any_of(scene.polygons.begin(), scene.polygons.end(),
-                                               [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
-    return rooms_of_polygons && medium == Medium::outdoor_air ? Medium::indoor_air : medium;
+    const bool carved = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
+                                    [](const Polyhedron& p) { return p.effect == Effect::carve; });
+    const bool faces_indoors = std::any_of(scene.polygons.begin(), scene.polygons.end(),
+                                           [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
+    if (carved || !faces_indoors) return medium_at(scene, point_m);
+    const bool filled = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
+                                    [&](const Polyhedron& p) { return contains(p, point_m); });
+    return filled ? Medium::solid : Medium::indoor_air;
 }
 
 struct Extent {

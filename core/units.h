@@ -17,7 +17,6 @@ struct Quantity {
 };
 
 using Illuminance = Quantity<struct Lux>;                  // lx, arriving
-using Exitance = Quantity<struct LumenPerSquareMetre>;     // lm/m2, leaving
 using Luminance = Quantity<struct CandelaPerSquareMetre>;  // cd/m2
 
 /// Degrees exist in files and options only; the reader turns them into radians with this.

@@ -77,7 +77,8 @@ public:
     }
 
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override {
-        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m_ * from.normal);
+        const double lift_m = lift_at(from.position_m);
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m * from.normal);
         std::uint64_t random = mix(seed_);
         for (const double x : {from.position_m.x, from.position_m.y, from.position_m.z, from.normal.x,
                                from.normal.y, from.normal.z})
@@ -90,9 +91,9 @@ public:
         // the wall meet its back at once and start in front of it the second time; rays that go into it start
         // farther back along the surface.
         const auto second_start = [&](const SecondTry& lost) {
-            if (lost.distance_m < 4.0 * lift_m_) return lost.start + 64.0 * lift_m_ * lost.direction;
+            if (lost.distance_m < 4.0 * lift_m) return lost.start + 64.0 * lift_m * lost.direction;
             return lost.start -
-                   64.0 * lift_m_ * (lost.direction - glm::dot(lost.direction, from.normal) * from.normal);
+                   64.0 * lift_m * (lost.direction - glm::dot(lost.direction, from.normal) * from.normal);
         };
         collect(from.normal, point_tiles_, static_cast<std::uint32_t>(random), first_starts, second_start,
                 row);
@@ -101,7 +102,7 @@ public:
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
-        const glm::vec3 lifted(from.position_m - centre_m_ + lift_m_ * from.normal);
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_at(from.position_m) * from.normal);
         Packet packet;
         for (std::size_t first = 0; first < directions.size(); first += packet_size) {
             const unsigned count =
@@ -158,21 +159,31 @@ private:
         std::vector<SecondTry> second_tries;
     };
 
-    /// Chooses the centre of the coordinates and measures the precision of floats about it.
+    /// How far an origin is lifted off its surface. Rounding to float moves each vertex and each origin by up to half a
+    /// unit in the last place per axis, and the distances that Embree computes by a few more. 16 units keep an origin in
+    /// front of its own facet. Measured from the rooms: an outdoor point far away is rounded more coarsely.
+    double lift_at(const glm::dvec3& point_m) const {
+        const glm::dvec3 d = glm::abs(point_m - centre_m_);
+        return std::max(lift_m_, 16.0 * 0x1p-23 * std::max({d.x, d.y, d.z}));
+    }
+
+    /// Centres the coordinates on the rooms, where floats shall be finest whatever stands far away outdoors.
     void place(const Building& building) {
         glm::dvec3 low(std::numeric_limits<double>::infinity());
         glm::dvec3 high = -low;
-        for (const Facet& facet : building.facets)
-            for (const glm::dvec3& v : facet.vertices_m) {
-                low = glm::min(low, v);
-                high = glm::max(high, v);
+        for (const bool indoor_only : {true, false}) {
+            if (low.x <= high.x) break;  // outdoor facets count only where there is no room
+            for (const Facet& facet : building.facets) {
+                if (indoor_only && facet.environment == Environment::outdoor) continue;
+                for (const glm::dvec3& v : facet.vertices_m) {
+                    low = glm::min(low, v);
+                    high = glm::max(high, v);
+                }
             }
+        }
         if (building.facets.empty()) low = high = {};
         centre_m_ = 0.5 * (low + high);
         const glm::dvec3 half = 0.5 * (high - low);
-        // Rounding to float moves each vertex and each origin by up to half a unit in the last place per
-        // axis, and the distances that Embree computes by a few more. 16 units keep an origin in front of its
-        // own facet.
         lift_m_ = 16.0 * 0x1p-23 * std::max({half.x, half.y, half.z, 1e-3});
 
         std::uint32_t first_vertex = 0;
@@ -383,7 +394,7 @@ private:
     std::uint64_t seed_;
     Tiles patch_tiles_, point_tiles_;
     glm::dvec3 centre_m_{};
-    double lift_m_ = 0.0;
+    double lift_m_ = 0.0;  ///< of origins on the surfaces of the rooms, see lift_at()
     std::vector<TracedFacet> facets_;
     std::vector<glm::dvec3> vertices_m_;  ///< of all facets, one after the other
     std::vector<std::uint32_t> twins_;    ///< see TracedFacet::first_twin

@@ -50,7 +50,7 @@ TEST_CASE("check warns of materials, a sun, sensors and views that are probably 
                      {"[[2, 3, 1.2, 0, -1, 0]]", "[[2, 0.2, 0.5, 0, -1, 0], [2, -3, 0.5, 0, -1, 0]]"},
                      {"\"from\": [2, 3, 1.5]", "\"from\": [2, 3.8, 1.5]"}});
     check_says(report, "warning: material \"wall\" reflects 0.970");
-    check_says(report, "below the horizon");
+    check_says(report, "not above the horizon");
     check_says(report, "1 of 2 points inside a solid");
     check_says(report, "1 of 2 points outdoors");
     check_says(report, "view \"to: window\" looks from inside a solid");
@@ -95,4 +95,43 @@ TEST_CASE("check warns of a room in millimetres", "[cli]") {
              {"\"grid\": {\"spacing_m\": 1}", "\"grid\": {\"spacing_m\": 500, \"outdoor_spacing_m\": 500}"},
              {"\"spacing_m\": 1, \"margin_m\": 0.4", "\"spacing_m\": 500, \"margin_m\": 400"}}),
         "is the scene in millimetres?");
+}
+
+TEST_CASE("check warns of a window that stops less than 10 mm before the room or the facade", "[cli]") {
+    // The room begins at y = 0.5.
+    const std::string inside =
+        report_with({{"[[1, -0.5, 1], [3, -0.5, 1], [1, 1, 1], [1, -0.5, 2.5]]",
+                      "[[1, -0.5, 1], [3, -0.5, 1], [1, 0.4996, 1], [1, -0.5, 2.5]]"}});
+    check_says(inside, "warning: only 0.4 mm of solid behind face \"window/");
+    const std::string outside =
+        report_with({{"[[1, -0.5, 1], [3, -0.5, 1], [1, 1, 1], [1, -0.5, 2.5]]",
+                      "[[1, 0.008, 1], [3, 0.008, 1], [1, 1, 1], [1, 0.008, 2.5]]"}});
+    check_says(outside, "warning: only 8 mm of solid behind face \"window/");
+    // A sheet that is thin on purpose.
+    const std::string shelf = report_with(
+        {{"\"material\": \"wall\", \"glazing\": \"glass\"}",
+          "\"material\": \"wall\", \"glazing\": \"glass\"},\n"
+          "{\"id\": \"shelf\", \"kind\": \"parallelepiped\", \"effect\": \"fill\", \"vertices\": "
+          "[[1, 2, 1], [2, 2, 1], [1, 2.5, 1], [1, 2, 1.008]], \"material\": \"wall\"}"}});
+    check_says(shelf, "nothing suspicious");
+}
+
+TEST_CASE("check warns of colours that the primaries cannot show", "[cli]") {
+    const std::string report =
+        report_with({{"\"floor\": {\"rgb\": [0.4, 0.2, 0.1]}", "\"floor\": {\"xyY\": [0.1, 0.7, 0.3]}"},
+                     {"\"ground\": {\"z\": 0, \"reflectance\": 0.2}",
+                      "\"ground\": {\"z\": 0, \"reflectance\": {\"xyY\": [0.1, 0.7, 0.3]}}"}});
+    check_says(report, "cannot show the colour of material \"floor\": it is drawn towards grey by 0.");
+    check_says(report, "cannot show the colour of the ground");
+}
+
+TEST_CASE("check tells a sun at the horizon from a sun without illuminance", "[cli]") {
+    const std::string horizon = report_with({{"\"altitude_deg\": 40", "\"altitude_deg\": 0"}});
+    check_says(horizon, "not above the horizon: it gives no light");
+    INFO(horizon);
+    CHECK(horizon.find("no direct_normal_illuminance_lx") == std::string::npos);
+    // What the reader itself asks for.
+    check_says(report_with({{"\"moon_spencer\"", "\"cie_clear\""},
+                            {", \"direct_normal_illuminance_lx\": 50000", ""}}),
+               "nothing suspicious");
 }

@@ -72,12 +72,13 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
     REQUIRE(outcome.exit_code == 0);
     const auto files = files_below(room.out());
 
-    std::vector<std::string> expected;
+    std::vector<std::string> expected{"zones.json"};
     for (const std::string& backend : backends)
         for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "summary.json", "timings.json",
                                  "views/to__window.exr", "views/to__window.png", "views/to__Window_2.exr",
                                  "views/to__Window_2.png"})
             expected.push_back(backend + "/" + name);
+    expected.push_back("zones.json");
     if (backends.size() > 1) expected.push_back("hemicube_minus_embree.json");
     std::ranges::sort(expected);
     std::vector<std::string> found;
@@ -90,7 +91,7 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
         const auto sensors = lines_of(files.at(backend + "/sensors.csv"));
         const auto nodes = lines_of(files.at(backend + "/nodes.csv"));
         const auto patches = lines_of(files.at(backend + "/patches.csv"));
-        CHECK(sensors.front() == "id,set," + point_columns);
+        CHECK(sensors.front() == "id,set," + point_columns + ",medium");
         CHECK(nodes.front() == "id,face," + point_columns);
         CHECK(patches.front() ==
               "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,"
@@ -190,6 +191,51 @@ TEST_CASE("options replace what the scene says and are recorded", "[cli]") {
     CHECK(options["direct_method"] == "article");
     CHECK(options["sensor_irc"] == "patch");
     CHECK(options["form_factor_repair"] == "none");
+}
+
+TEST_CASE("a comparison says what was compared, and does not outlive the run it belongs to", "[cli]") {
+    if (backend_names().size() < 2) return;
+    const SmallRoom room;
+    REQUIRE(room.run({"--backend", "both"}).exit_code == 0);
+    const auto file = room.out() / "hemicube_minus_embree.json";
+    const auto comparison = nlohmann::json::parse(content_of(file));
+    for (const auto& [key, backend] : {std::pair{"backend", "hemicube"}, {"reference", "embree"}}) {
+        const auto summary = nlohmann::json::parse(content_of(room.out() / backend / "summary.json"));
+        CHECK(comparison[key] == summary["backend"]);
+        CHECK(comparison["naturel"] == summary["naturel"]);
+        CHECK(comparison["scene"] == summary["scene"]);
+    }
+    // Not even where the next run ends before it has results.
+    REQUIRE(std::filesystem::exists(room.out() / "zones.json"));
+    REQUIRE(room.run({"--backend", "hemicube", "--grid-spacing", "0.001"}).exit_code == 3);
+    CHECK_FALSE(std::filesystem::exists(file));
+    CHECK_FALSE(std::filesystem::exists(room.out() / "zones.json"));
+}
+
+TEST_CASE("sensors inside a solid have no values, and a run says so", "[cli]") {
+    const SmallRoom room;
+    std::string scene(small_room);
+    const std::string points = "[[2, 3, 1.2, 0, -1, 0]]";
+    scene.replace(scene.find(points), points.size(), "[[2, 3, 1.2, 0, -1, 0], [2, 0.2, 0.5, 0, -1, 0], [2, -3, 0.5, 0, -1, 0]]");
+    write(room.scene(), scene);
+    const std::string warning = "of 3 points 1 inside a solid (left empty in sensors.csv), 1 outdoors";
+
+    const Outcome outcome = room.run({"--backend", "hemicube"});
+    REQUIRE(outcome.exit_code == 0);
+    INFO(outcome.errors);
+    CHECK(outcome.errors.find(warning) != std::string::npos);
+    CHECK(outcome.errors.find("work plane") == std::string::npos);
+    const auto lines = lines_of(content_of(room.out() / "hemicube/sensors.csv"));
+    const std::size_t first = lines.size() - 3;
+    const char* const media[] = {"indoor_air", "solid", "outdoor_air"};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto cells = cells_of(lines[first + k]);
+        REQUIRE(cells.size() == 18);
+        CHECK(cells.back() == media[k]);
+        for (std::size_t value = 8; value < 17; ++value)
+            CHECK(cells[value].empty() == (k == 1));
+    }
+    CHECK(room.run({"--backend", "hemicube", "--quiet"}).errors.empty());
 }
 
 TEST_CASE("a run that does not converge writes its results and ends with exit code 4", "[cli]") {

@@ -23,7 +23,7 @@ TEST_CASE("help names every command and option on stdout", "[cli]") {
     const Outcome general = run_naturel({"--help"});
     CHECK(general.exit_code == 0);
     CHECK(general.errors.empty());
-    for (const char* word : {"run", "check", "--version"}) {
+    for (const char* word : {"run", "check", "zones", "--version"}) {
         INFO(word);
         CHECK(general.output.find(word) != std::string::npos);
     }
@@ -49,8 +49,8 @@ TEST_CASE("the version names the program and its backends", "[cli]") {
 }
 
 TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cli]") {
-    check_failure(run_naturel({}), 2, "known: run, check");
-    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check)");
+    check_failure(run_naturel({}), 2, "known: run, check, zones");
+    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones)");
     check_failure(run_naturel({"run"}), 2, "SCENE is required");
     check_failure(run_naturel({"run", "room.json", "--backend", "crystal_ball"}), 2,
                   "unknown backend \"crystal_ball\" (known: hemicube");
@@ -58,6 +58,11 @@ TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cl
     check_failure(run_naturel({"run", "room.json", "--tolerance", "nan"}), 2, "--tolerance");
     check_failure(run_naturel({"run", "room.json", "--cells", "7"}), 2, "\"7\" is not an even number");
     check_failure(run_naturel({"run", "room.json", "--seed", "-1"}), 2, "--seed");
+    check_failure(run_naturel({"run", "room.json", "--seed", "99999999999999999999999"}), 2,
+                  "from 0 to 18446744073709551615");
+    check_failure(run_naturel({"run", "room.json", "--rays", "100000001"}), 2, "from 1 to 100000000");
+    check_failure(run_naturel({"run", "room.json", "--rays-per-point", "100000001"}), 2, "from 1 to 100000000");
+    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.49"}), 2, "its rim");
     check_failure(run_naturel({"run", "room.json", "--irc", "guess"}), 2,
                   "unknown word \"guess\" (known: patch, gather)");
     check_failure(run_naturel({"run", "room.json", "--colour"}), 2, "--colour");
@@ -98,5 +103,5 @@ TEST_CASE("a grid too fine for any machine is refused", "[cli]") {
     write(folder / "room.json", small_room);
     check_failure(run_naturel({"run", (folder / "room.json").string(), "--out", (folder / "out").string(),
                                "--grid-spacing", "0.001"}),
-                  3, "--grid-spacing");
+                  3, "\"spacing_m\" of \"grid\" larger");
 }

@@ -263,3 +263,31 @@ TEST_CASE("indoor air at a height is the plan of the rooms less what stands in t
     CHECK_THAT(area_m2(indoor_air_at_height(scene, 0.85)), WithinRel(20.0, 1e-9));
     CHECK(indoor_air_at_height(scene, 4.0).empty());
 }
+
+TEST_CASE("a polygon that lies on a surface takes its place", "[core][assembly]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.materials.push_back({.name = "rug", .reflectance = grey(0.05)});
+    scene.polygons = {{.id = "rug", .vertices_m = {{1, 1, 0}, {3, 1, 0}, {3, 4, 0}, {1, 4, 0}}, .material = make_id<MaterialId>(1)},
+                      {.id = "mat", .vertices_m = {{2, 2, 0}, {3.5, 2, 0}, {3.5, 3, 0}, {2, 3, 0}}, .material = make_id<MaterialId>(1)}};
+    const Building building = assemble(scene);
+    double floor = 0, rug = 0, mat = 0;
+    for (const Facet& facet : building.facets) {
+        const std::string& name = building.faces[index(facet.face)].name;
+        if (name == "room/bottom") floor += facet.area_m2;
+        if (name == "rug") rug += facet.area_m2;
+        if (name == "mat") mat += facet.area_m2;
+    }
+    CHECK_THAT(rug, WithinRel(6.0 - 1.0, 1e-12));  // the later polygon lies on it
+    CHECK_THAT(mat, WithinRel(1.5, 1e-12));
+    CHECK_THAT(floor, WithinRel(20.0 - 6.5, 1e-12));
+    CHECK_THAT(building.indoor_air_volume_m3, WithinRel(60.0, 1e-12));
+}
+
+TEST_CASE("an outdoor polygon below the ground is buried, one indoors is not", "[core][assembly]") {
+    Scene scene = empty_scene();
+    scene.polygons = {{.id = "lawn", .vertices_m = {{0, 0, -0.05}, {1, 0, -0.05}, {1, 1, -0.05}, {0, 1, -0.05}}, .side = Environment::outdoor},
+                      {.id = "cellar floor", .vertices_m = {{0, 0, -2}, {1, 0, -2}, {1, 1, -2}, {0, 1, -2}}}};
+    const Building building = assemble(scene);
+    REQUIRE(building.facets.size() == 1);
+    CHECK(building.faces[index(building.facets[0].face)].name == "cellar floor");
+}

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/errors.h"
 #include "core/parallel.h"
 #include "tests/catch.h"
 
@@ -228,4 +229,30 @@ TEST_CASE("form factors have the same bits for any number of threads", "[core][f
         CHECK(std::memcmp(f.value.data(), first.value.data(), f.value.size() * sizeof(double)) == 0);
         CHECK(std::memcmp(&f.quality, &first.quality, sizeof f.quality) == 0);
     }
+}
+
+TEST_CASE("form factors that memory cannot hold are refused, and the sample says what rows are like",
+          "[core][form_factors]") {
+    // 2000 patches in groups of 20 that see each other alone: sparse rows. The first loses a tenth.
+    constexpr std::size_t count = 2000, group = 20;
+    TableVisibility visibility;
+    visibility.lost.assign(count, 0.0);
+    visibility.lost[0] = 0.1;
+    visibility.row.assign(count, std::vector<double>(count));
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t j = i / group * group; j < (i / group + 1) * group; ++j)
+            if (j != i) visibility.row[i][j] = 0.9 / (group - 1);
+    const PatchGrid grid = patches_with_areas(std::vector<double>(count, 1.0));
+    NoProgress progress;
+
+    const FormFactorSample sample = sample_form_factors(visibility, grid, progress);
+    CHECK(sample.mean_row_length == group - 1);
+    CHECK(sample.worst_lost == 0.1);
+    CHECK(index(sample.worst_patch) == 0);
+
+    // An entry takes 12 bytes, and up to four copies of it exist at a time.
+    const double needed = 4.0 * 12.0 * count * (group - 1);
+    CHECK(forecast_memory_bytes(count, sample.mean_row_length) == needed);
+    CHECK_NOTHROW(refuse_excessive_memory(visibility, grid, needed, progress));
+    CHECK_THROWS_AS(refuse_excessive_memory(visibility, grid, 0.99 * needed, progress), InputError);
 }

@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "core/errors.h"
 #include "tests/catch.h"
 #include "tests/random_scenes.h"
 
@@ -134,4 +135,157 @@ TEST_CASE("the two sides of an inner aperture have patches in pairs", "[core][gr
     }
     CHECK(pairs == grid.gather_patch_count - grid.indoor_patch_count);
     CHECK(pairs == 2 * 16);
+}
+
+namespace {
+
+// A room with a window, a desk and a sun that lights floor, desk and a wall.
+Scene sunlit_room() {
+    Scene scene = closed_room({4, 5, 3}, 0.5, 0.3);
+    scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.5, 1.2}, {3, 0, 2.4}));
+    scene.polyhedra.push_back(box("desk", Effect::fill, {1, 1.1, 0.95}, {2.53, 1.87, 1.05}));
+    scene.sun = SunDescription{.altitude_rad = 0.6, .azimuth_rad = 2.7, .direct_normal_illuminance_lx = 60000.0};
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("patches follow sunspots and umbra zones exactly", "[core][grid][zones]") {
+    const Scene scene = sunlit_room();
+    const Building building = assemble(scene);
+    const LightZones zones = find_light_zones(scene, building);
+    const int levels = GENERATE(0, 2);
+    GridOptions options{.spacing_m = GENERATE(0.15, 0.4, 1.3), .outdoor_spacing_m = 2.0};
+    options.refine.levels = levels;
+    INFO(options.spacing_m << " m, " << levels << " levels of refinement");
+    const PatchGrid grid = make_patch_grid(building, options, zones);
+    REQUIRE(grid.follows_zones);
+    double spots_m2 = 0, umbra_m2 = 0, flux_lm = 0;
+    for (std::size_t f = 0; f < building.faces.size(); ++f) {
+        for (const Sunspot& spot : zones.sunspots[f]) {
+            spots_m2 += area_m2(spot.region);
+            flux_lm += area_m2(spot.region) * spot.illuminance_lx.g;
+        }
+        umbra_m2 += area_m2(zones.umbra[f]);
+    }
+    REQUIRE(spots_m2 > 1.0);
+    REQUIRE(umbra_m2 > 1.0);
+    double in_spots = 0, in_umbra = 0, sun_lm = 0;
+    for (const Patch& patch : grid.patches) {
+        if (patch.sunspot != no_sunspot) {
+            in_spots += patch.area_m2;
+            sun_lm += patch.area_m2 * grid.sunspot_illuminance_lx[patch.sunspot].g;
+        }
+        if (patch.umbra) in_umbra += patch.area_m2;
+    }
+    // What is dropped: pieces below 1e-6 of a cell; corners are rounded to 1 nm.
+    CHECK_THAT(in_spots, WithinRel(spots_m2, 1e-6));
+    CHECK_THAT(in_umbra, WithinRel(umbra_m2, 1e-6));
+    CHECK_THAT(sun_lm, WithinRel(flux_lm, 1e-6));
+}
+
+TEST_CASE("patches are convex and share all corners on their common edges", "[core][grid][zones][property]") {
+    Scene scene = sunlit_room();
+    GridOptions options{.spacing_m = GENERATE(0.23, 0.5), .outdoor_spacing_m = 2.0};
+    options.refine.levels = GENERATE(0, 1, 2);
+    INFO(options.spacing_m << " m, " << options.refine.levels << " levels");
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, options, find_light_zones(scene, building));
+    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
+        const Patch& patch = grid.patches[p];
+        const auto polygon = grid.polygon_of(make_id<PatchId>(p));
+        for (std::size_t k = 0; k < polygon.size(); ++k) {
+            const dvec3 a = polygon[k], b = polygon[(k + 1) % polygon.size()], c = polygon[(k + 2) % polygon.size()];
+            // No dent beyond the 100 nm within which corners are one.
+            CHECK(glm::dot(patch.normal, glm::cross(b - a, c - b)) > -1e-7 * glm::length(c - a));
+            // No corner of another patch strictly inside the edge.
+            const double length = glm::length(b - a);
+            for (const Node& node : grid.nodes) {
+                if (node.face != patch.face) continue;
+                const double along = glm::dot(node.position_m - a, b - a) / length;
+                if (along < 1e-6 || along > length - 1e-6) continue;
+                const double off = glm::length(node.position_m - a - along / length * (b - a));
+                if (off < 5e-9) FAIL("a node lies on an edge of patch " << p << " which has no corner there");
+            }
+        }
+    }
+}
+
+TEST_CASE("slivers are joined with a neighbour of the same zone", "[core][grid][zones]") {
+    // Cells of 0.5 m; the second block leaves strips of 1 mm to 2 cm in the cells around it.
+    Scene scene = closed_room({4, 5, 3});
+    scene.polyhedra.push_back(box("block", Effect::fill, {1.02, 1.001, 0}, {2.48, 2.499, 1}));
+    const Building building = assemble(scene);
+    GridOptions options{.spacing_m = 0.5};
+    const PatchGrid joined = make_patch_grid(building, options);
+    options.sliver_area = 0.0;
+    options.sliver_aspect = 1e6;
+    const PatchGrid cut = make_patch_grid(building, options);
+    const auto smallest = [](const PatchGrid& grid) {
+        double area = 1e9;
+        for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) area = std::min(area, grid.patches[p].area_m2);
+        return area;
+    };
+    CHECK(smallest(cut) < 1e-3);
+    CHECK(smallest(joined) > 0.02);
+    CHECK(joined.indoor_patch_count < cut.indoor_patch_count);
+    const auto floor_area = [&](const PatchGrid& grid) {
+        double area = 0;
+        for (const Patch& patch : grid.patches)
+            if (building.faces[index(patch.face)].name == "room/bottom") area += patch.area_m2;
+        return area;
+    };
+    CHECK_THAT(floor_area(joined), WithinRel(20.0 - 1.46 * 1.498, 1e-9));
+    CHECK_THAT(floor_area(cut), WithinRel(20.0 - 1.46 * 1.498, 1e-9));
+}
+
+TEST_CASE("refinement divides cells at zone edges and near the window, nothing else", "[core][grid][zones]") {
+    const Scene scene = sunlit_room();
+    const Building building = assemble(scene);
+    const LightZones zones = find_light_zones(scene, building);
+    GridOptions options{.spacing_m = 0.5, .outdoor_spacing_m = 2.0};
+    const std::size_t coarse = make_patch_grid(building, options, zones).indoor_patch_count;
+    options.refine = {.levels = 1, .contrast = 1.0};
+    const std::size_t edges = make_patch_grid(building, options, zones).indoor_patch_count;
+    options.refine.contrast = 0.3;
+    const std::size_t both = make_patch_grid(building, options, zones).indoor_patch_count;
+    options.refine.levels = 0;
+    options.spacing_m = 0.25;
+    const std::size_t fine = make_patch_grid(building, options, zones).indoor_patch_count;
+    CHECK(coarse < edges);
+    CHECK(edges < both);
+    CHECK(both < fine);
+}
+
+TEST_CASE("a grid of more than ten million cells is refused before it takes memory", "[core][grid]") {
+    const auto complaint = [](const Scene& scene, const GridOptions& options) {
+        try {
+            make_patch_grid(assemble(scene), options);
+        } catch (const InputError& fault) {
+            return std::string(fault.what());
+        }
+        return std::string();
+    };
+    const auto says = [](const std::string& text, std::string_view part) {
+        UNSCOPED_INFO(text);
+        return text.find(part) != std::string::npos;
+    };
+    const Scene room = closed_room({4, 4, 3});
+    CHECK(complaint(room, {.spacing_m = 0.05}).empty());
+    CHECK(says(complaint(room, {.spacing_m = 0.001}), "\"spacing_m\" of \"grid\" larger"));
+    CHECK(says(complaint(room, {.spacing_m = 1.0, .outdoor_spacing_m = 0.001}), "\"outdoor_spacing_m\""));
+    // 80 m2 at 0.1 m are 8000 cells; divided four times, 256 times as many.
+    CHECK(complaint(room, {.spacing_m = 0.1, .refine = {.levels = 4}}).empty());
+    CHECK(says(complaint(room, {.spacing_m = 0.03, .refine = {.levels = 4}}), "\"levels\" of \"refine\" smaller"));
+
+    // 360 m2, that is 400 000 squares of 3 cm, but 12 million cells, because a cell is no wider than its face.
+    Scene ribbon = empty_scene();
+    ribbon.polyhedra = {box("ribbon", Effect::fill, {0, 0, 1}, {90000, 0.001, 1.001})};
+    CHECK(says(complaint(ribbon, {.spacing_m = 1.0, .outdoor_spacing_m = 0.03}), "on face \"ribbon/"));
+
+    // Two arms of 3 m2 along the sides of a square of 9 km2.
+    Scene corner = empty_scene();
+    corner.polygons = {{.id = "corner",
+                        .vertices_m = {{0, 0, 1}, {3000, 0, 1}, {3000, 0.001, 1}, {0.001, 0.001, 1}, {0.001, 3000, 1}, {0, 3000, 1}}}};
+    CHECK(says(complaint(corner, {.spacing_m = 0.25}), "on face \"corner\""));
 }

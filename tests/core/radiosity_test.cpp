@@ -100,7 +100,7 @@ std::vector<double> solve_directly(const Case& c, double Band3::*band, Band3 Lig
                 const std::size_t k = index(c.optics[j].behind);
                 leaves(k, c.optics[k].transmittance.*band * c.area_m2[k] / c.area_m2[j]);
             }
-            if (source == &LightBySource::other) a[i][n] += f * (c.optics[j].exitance_lm_m2.*band);
+            a[i][n] += f * (c.optics[j].exitance_lm_m2.*source.*band);
         }
     }
     for (std::size_t p = 0; p < n; ++p)
@@ -194,7 +194,7 @@ TEST_CASE("an emitting surface lights the room by its exitance", "[core][radiosi
         c.optics[i].reflectance = grey(0.5);
         c.direct_lx[i] = {};
     }
-    c.optics[7].exitance_lm_m2 = {300.0, 200.0, 100.0};
+    c.optics[7].exitance_lm_m2.other = {300.0, 200.0, 100.0};
     const RadiositySolution s = c.solve();
     for (const LightBySource& e : s.indirect_illuminance_lx) {
         CHECK(e.sky == Band3{});
@@ -287,7 +287,7 @@ TEST_CASE("flux in equals flux absorbed plus flux lost", "[core][radiosity][prop
     Case c = sphere(40, GENERATE(8u, 9u, 10u));
     for (double& value : c.form_factors.value)
         value *= 0.9;  // every row leaks a tenth
-    c.optics[3].exitance_lm_m2 = {50.0, 60.0, 70.0};
+    c.optics[3].exitance_lm_m2.other = {50.0, 60.0, 70.0};
     const RadiositySolution s = c.solve();
     CHECK(s.converged);
     CHECK(flux_gap(s) <= tolerance);

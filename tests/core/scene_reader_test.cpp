@@ -296,12 +296,32 @@ TEST_CASE("a date and a time put the sun where sun_position finds it, turned int
     CHECK(whole_minutes.sun->altitude_rad > s.sun->altitude_rad);
 }
 
-TEST_CASE("a sun below the horizon sends no light", "[reader][sun]") {
+TEST_CASE("a sun below the horizon keeps the illuminance it was given", "[reader][sun]") {
     const Scene s = read_scene_text(
         scene_with(R"("sun": {"altitude_deg": -1, "azimuth_deg": -90, "direct_normal_illuminance_lx": 5},)"),
         "t.json");
-    CHECK(s.sun->direct_normal_illuminance_lx == 0);
+    CHECK(s.sun->direct_normal_illuminance_lx == 5);  // core/outdoors.h decides that it sends no light
     CHECK(s.sun->azimuth_rad == radians_from_degrees(270));
+}
+
+TEST_CASE("a material remembers how far its colour was drawn towards grey", "[reader][colour]") {
+    // The cyan of the Macbeth chart leaves the sRGB primaries: docs/method.md, (Colour 5).
+    std::string text = scene_with(R"("primaries": "srgb",)");
+    const std::string grey_wall = R"("wall": {"reflectance": 0.5})";
+    text.replace(text.find(grey_wall), grey_wall.size(), grey_wall + R"(, "cyan": {"xyY": [0.2, 0.27, 0.19]})");
+    const Scene s = read_scene_text(text, "t.json");
+    CHECK(s.materials[0].desaturation.saturation_kept == 1.0);
+    CHECK(s.materials[0].desaturation.chromaticity_shift == 0.0);
+    const Desaturation& cyan = s.materials[1].desaturation;
+    CHECK(cyan.saturation_kept < 1.0);
+    CHECK(cyan.saturation_kept > 0.5);
+    // On the way to white, as long as the colour is kept apart from it: at most the part that was given up.
+    const double to_white = std::hypot(0.2 - 0.3127, 0.27 - 0.3290);
+    CHECK(cyan.chromaticity_shift > 0.0);
+    CHECK(cyan.chromaticity_shift < (1.0 - cyan.saturation_kept) * 1.5 * to_white);
+    const Primaries srgb(PrimariesName::srgb);
+    const glm::dvec3 shown = xyY_from_xyz(srgb.xyz(s.materials[1].reflectance));
+    CHECK(std::abs(std::hypot(shown.x - 0.2, shown.y - 0.27) - cyan.chromaticity_shift) < 1e-12);
 }
 
 TEST_CASE("a polygon may have as many vertices as documented, and no more", "[reader]") {

@@ -60,3 +60,18 @@ TEST_CASE("a sensor on a surface is lifted off it and knows what surrounds it", 
     CHECK((sensors[2].medium == Medium::solid));
     CHECK((sensors[3].medium == Medium::outdoor_air));
 }
+
+TEST_CASE("an indoor polygon does not draw the open air indoors, a room of polygons does", "[core][sensors]") {
+    Scene scene = closed_room({4, 5, 3});
+    scene.polygons = {{.id = "shelf", .vertices_m = {{1, 1, 1}, {2, 1, 1}, {2, 2, 1}, {1, 2, 1}}}};
+    scene.sensors = {{.id = "p", .points = {{{2, -5, 1}, {0, 0, 1}}}}};
+    CHECK((place_sensors(scene, assemble(scene))[0].medium == Medium::outdoor_air));
+
+    Scene imported = empty_scene();
+    imported.polygons = {{.id = "floor", .vertices_m = {{0, 0, -1}, {4, 0, -1}, {4, 5, -1}, {0, 5, -1}}}};
+    imported.polyhedra = {box("tower", Effect::fill, {20, 20, 0}, {25, 25, 9}), box("crate", Effect::fill, {0, 0, -1}, {1, 1, 1})};
+    imported.sensors = {{.id = "plane", .grid = SensorGrid{.z_m = -0.2, .spacing_m = 1.0, .margin_m = 0.5}}};
+    const auto sensors = place_sensors(imported, assemble(imported));
+    REQUIRE(sensors.size() == 4 * 5 - 1);  // the crate and less than 0.5 m around it
+    for (const Sensor& sensor : sensors) CHECK((sensor.medium == Medium::indoor_air));
+}

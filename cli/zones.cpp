@@ -1,0 +1,45 @@
+#include "cli/zones.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "cli/file_writer.h"
+#include "cli/zone_drawings.h"
+#include "cli/zone_writer.h"
+#include "core/errors.h"
+#include "core/scene_reader.h"
+
+namespace naturel {
+
+void find_zones(const ZonesOptions& options, Progress& progress) {
+    Scene scene = read_scene(options.scene);
+    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
+    make_writable_folder(options.out);
+    const Building building = assemble(scene);
+
+    progress.begin("light zones", building.faces.size());
+    const std::optional<SunBeam> sun = sun_beam(scene);
+    const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
+    progress.end();
+    if (progress.interrupted()) throw Interrupted();
+
+    const Primaries primaries(scene.primaries);
+    const ZoneReport report{options.scene, scene, building, sun, zones, primaries};
+    std::vector<std::string> written{"zones.json"};
+    write_file(options.out / "zones.json", zones_json(report));
+    if (options.svg) {
+        const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
+        if (progress.interrupted()) throw Interrupted();
+        for (const Drawing& drawing : draw_zones(report, grid)) {
+            write_file(options.out / drawing.file, drawing.svg);
+            written.push_back(drawing.file);
+        }
+    }
+    std::string account = zones_table(report);
+    for (const std::string& file : written)
+        account += fmt::format("  written to {}\n", (options.out / file).string());
+    std::fwrite(account.data(), 1, account.size(), stdout);
+}
+
+}  // namespace naturel
