@@ -535,7 +535,8 @@ private:
         if (visible.empty()) return;
         cover_faces(plane, visible, reverse);
         const FaceFrame frame = frame_of(region, plane);
-        add_face({.name = polygon.id, .frame = frame, .normal = {}, .environment = polygon.side, .material = polygon.material},
+        add_face({.name = polygon.id, .frame = frame, .normal = {}, .environment = polygon.side, .material = polygon.material,
+                  .sheet = true},
                  plane, std::move(visible), reverse);
     }
 

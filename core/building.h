@@ -31,6 +31,7 @@ struct Face {
     std::optional<FaceId> other_side{};
     PlaneFrame plane{};  ///< plane.normal == normal
     Region region{};     ///< what is left of the face, in `plane`; may be empty
+    bool sheet = false;  ///< a side of a polygon of the scene: no solid behind it, but light passes neither way
 };
 
 /// A plane convex polygon that separates air from solid (or, for apertures, indoor air from outdoor air).

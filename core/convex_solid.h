@@ -1,7 +1,5 @@
 #pragma once
 #include <glm/vec3.hpp>
-#include <optional>
-#include <span>
 #include <vector>
 
 #include "core/building.h"
@@ -9,13 +7,16 @@
 
 namespace naturel {
 
+/// Bodies, gaps and overlaps thinner than this do not exist: as faces that coincide in the assembly.
+inline constexpr double thinnest_m = 1e-6;
+
 /// Points x with dot(normal, x) <= offset_m.
 struct HalfSpace {
     glm::dvec3 normal{};  ///< unit length, out of the half-space
     double offset_m = 0.0;
 };
 
-/// A bounded convex body, or a plane convex polygon (`planes` empty): something that can hide an aperture.
+/// A bounded convex body, or a sheet: a plane convex polygon, which is one side alone.
 struct ConvexSolid {
     struct Side {
         HalfSpace plane;
@@ -25,15 +26,19 @@ struct ConvexSolid {
     glm::dvec3 low_m{}, high_m{};  ///< bounding box
 };
 
-/// The part of a solid in a half-space; empty when nothing thicker than a micrometre is left.
-std::optional<ConvexSolid> clip(const ConvexSolid& solid, const HalfSpace& keep);
+/// Cuts a body (not a sheet) down to its part in a half-space. False when nothing thicker than `thinnest_m` is left; `solid` is
+/// of no use then.
+bool clip(ConvexSolid& solid, const HalfSpace& keep);
 
-/// True when no point of `inner` is outside `outer` by more than a micrometre.
+/// True when no point of `inner` is outside the body `outer` by more than `thinnest_m`.
 bool contains(const ConvexSolid& outer, const ConvexSolid& inner);
 
-/// The solid matter of a scene as its maximal convex parts, which overlap: fills in file order, less what later polyhedra
-/// carve away; bodies that touch or overlap are joined wherever that gives a larger convex body, so that a box made of two
-/// counts as one, and an L of two boxes as the two longest boxes in it (docs/method.md, "Umbra zones").
+double volume_m3(const ConvexSolid& solid);
+
+/// Everything in a scene that light cannot pass (docs/method.md, "Umbra zones").
+/// Solid matter as its maximal convex parts, which overlap: fills in file order, less what later polyhedra carve away;
+/// bodies that touch or overlap are joined wherever that gives a larger convex body, so that a box made of two counts as
+/// one, and an L of two boxes as the two longest boxes in it. Polygons as sheets, joined where they share a plane.
 std::vector<ConvexSolid> convex_occluders(const Scene& scene, const Building& building);
 
 }  // namespace naturel

@@ -4,6 +4,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "core/plane_bounds.h"
+
 namespace naturel {
 
 namespace {
@@ -58,33 +60,16 @@ private:
     std::vector<double> heights_;
 };
 
-bool overlap(const ClipperLib::IntRect& a, const ClipperLib::IntRect& b) {
-    return a.left <= b.right && b.left <= a.right && a.top <= b.bottom && b.top <= a.bottom;
-}
-
-ClipperLib::IntRect bounds(const Ring& ring) {
-    ClipperLib::IntRect box{ring[0].X, ring[0].Y, ring[0].X, ring[0].Y};
-    for (const PlanePoint& p : ring) {
-        box.left = std::min(box.left, p.X), box.right = std::max(box.right, p.X);
-        box.top = std::min(box.top, p.Y), box.bottom = std::max(box.bottom, p.Y);
-    }
-    return box;
-}
-
-ClipperLib::IntRect bounds(const Region& region) {
-    ClipperLib::IntRect box = bounds(region[0]);
-    for (const Ring& ring : region) {
-        const ClipperLib::IntRect one = bounds(ring);
-        box = {std::min(box.left, one.left), std::min(box.top, one.top), std::max(box.right, one.right),
-               std::max(box.bottom, one.bottom)};
-    }
-    return box;
-}
-
 }  // namespace
 
 SunspotFinder::SunspotFinder(const Scene& scene, const Building& building, const SunBeam& sun) : building_(building), sun_(sun) {
     for (const Aperture& aperture : building.apertures) glazings_.emplace_back(scene.glazings[index(aperture.glazing)]);
+    for (std::size_t f = 0; f < building.facets.size(); ++f) {
+        const Facet& facet = building.facets[f];
+        const double cosine = glm::dot(facet.normal, sun.direction);
+        if (!facet.is_aperture && (cosine < 0.0 || (cosine > 0.0 && building.faces[index(facet.face)].sheet)))
+            blockers_.push_back(make_id<FacetId>(f));
+    }
 }
 
 std::vector<Sunspot> SunspotFinder::on_face(FaceId id) const {
@@ -100,12 +85,12 @@ std::vector<Sunspot> SunspotFinder::on_face(FaceId id) const {
     };
     std::vector<Opening> openings;
     Region all;
-    const ClipperLib::IntRect face_box = bounds(face.region);
+    const PlaneBounds face_bounds(face.region);
     for (std::size_t a = 0; a < building_.apertures.size(); ++a) {
         Opening opening{a, {}};
         for (const FacetId part : building_.apertures[a].facets) {
             Ring ring = projection.shadow(building_.facets[index(part)].vertices_m);
-            if (!ring.empty() && overlap(bounds(ring), face_box)) opening.region.push_back(std::move(ring));
+            if (PlaneBounds(ring).touches(face_bounds)) opening.region.push_back(std::move(ring));
         }
         opening.region = intersect(opening.region, face.region);
         if (opening.region.empty()) continue;
@@ -117,11 +102,12 @@ std::vector<Sunspot> SunspotFinder::on_face(FaceId id) const {
 
     // What stands between the face and the sun.
     Region shadows;
-    const ClipperLib::IntRect lit_box = bounds(all);
-    for (const Facet& facet : building_.facets) {
-        if (facet.is_aperture || facet.face == id || std::abs(glm::dot(facet.normal, sun_.direction)) < smallest_cosine) continue;
+    const PlaneBounds lit_bounds(all);
+    for (const FacetId blocker : blockers_) {
+        const Facet& facet = building_.facets[index(blocker)];
+        if (facet.face == id) continue;
         Ring ring = projection.shadow(facet.vertices_m);
-        if (!ring.empty() && overlap(bounds(ring), lit_box)) shadows.push_back(std::move(ring));
+        if (PlaneBounds(ring).touches(lit_bounds)) shadows.push_back(std::move(ring));
     }
     const Region lit = without_slivers(subtract(all, shadows));
 

@@ -16,7 +16,9 @@ public:
 private:
     const Building& building_;
     SunBeam sun_;
-    std::vector<GlazingTransmission> glazings_;
+    std::vector<GlazingTransmission> glazings_;  // [aperture]
+    // Facets through which a ray towards the sun enters solid matter, and sheets from either side.
+    std::vector<FacetId> blockers_;
 };
 
 }  // namespace naturel

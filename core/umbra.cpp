@@ -1,9 +1,16 @@
 #include "core/umbra.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+
+#include "core/plane_bounds.h"
 
 namespace naturel {
 
@@ -11,9 +18,7 @@ namespace {
 
 using glm::dvec3;
 
-// What is lower than this over the plane of a face lies in it: such parts of an aperture light nothing on the face, and
-// such occluders hide nothing.
-constexpr double lowest_m = 1e-6;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // An occluder is cut this share of the height below the point that looks, so that its shadow stays finite. What is cut off
 // hides only directions within 1e-6 of the horizontal: the zone gets a millionth narrower there, never wider.
@@ -29,77 +34,274 @@ std::vector<dvec3> slab(std::vector<dvec3> polygon, const Height& height_of, dou
             const dvec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
             const double ha = sign * height_of(a) - limit, hb = sign * height_of(b) - limit;
             if (ha >= 0.0) kept.push_back(a);
-            if ((ha < 0.0) != (hb < 0.0) && ha != 0.0 && hb != 0.0) kept.push_back(a + ha / (ha - hb) * (b - a));
+            if (ha * hb < 0.0) kept.push_back(a + ha / (ha - hb) * (b - a));
         }
         polygon = std::move(kept);
     }
     return polygon;
 }
 
-// Seen from one face.
-class FaceView {
+// The two halves of a convex polygon, cut across its longest diagonal.
+std::array<std::vector<dvec3>, 2> halves(const std::vector<dvec3>& polygon) {
+    dvec3 direction{};
+    for (const dvec3& a : polygon)
+        for (const dvec3& b : polygon)
+            if (glm::dot(b - a, b - a) > glm::dot(direction, direction)) direction = b - a;
+    double low = infinity, high = -infinity;
+    const auto position_of = [&](const dvec3& p) { return glm::dot(p - polygon[0], direction); };
+    for (const dvec3& p : polygon) low = std::min(low, position_of(p)), high = std::max(high, position_of(p));
+    const double middle = 0.5 * (low + high);
+    return {slab(polygon, position_of, low, middle), slab(polygon, position_of, middle, high)};
+}
+
+double height(const HalfSpace& plane, const dvec3& point_m) { return glm::dot(plane.normal, point_m) - plane.offset_m; }
+
+// The convex hull of a part of a face and a window: only what reaches into it can hide one from the other.
+class Shaft {
 public:
-    explicit FaceView(const Face& face) : face_(face) {}
-
-    double height(const dvec3& point_m) const { return glm::dot(point_m - face_.plane.origin_m, face_.normal); }
-
-    // The points of the plane that an occluder hides from a viewpoint; convex, empty when there are none.
-    Ring shadow(const ConvexSolid& occluder, const dvec3& viewpoint_m) const {
-        const double top = height(viewpoint_m);
-        const auto height_of = [&](const dvec3& p) { return height(p); };
-        Ring corners;
-        if (!reaches_above(occluder)) return corners;
-        for (const ConvexSolid::Side& side : occluder.sides) {
-            for (const dvec3& p : slab(side.vertices_m, height_of, 0.0, (1.0 - below_viewpoint) * top)) {
-                const double t = top / (top - height(p));
-                corners.push_back(face_.plane.to_plane(viewpoint_m + t * (p - viewpoint_m)));
-            }
-        }
-        return convex_hull(std::move(corners));
+    Shaft(const std::vector<dvec3>& base_m, const std::vector<dvec3>& window_m, const dvec3& face_normal, const dvec3& window_normal) {
+        for (const auto* polygon : {&base_m, &window_m})
+            for (const dvec3& p : *polygon) low_m_ = min(low_m_, p), high_m_ = max(high_m_, p);
+        planes_.push_back({-face_normal, -glm::dot(face_normal, base_m[0])});
+        planes_.push_back({-window_normal, -glm::dot(window_normal, window_m[0])});
+        add_planes(base_m, window_m);
+        add_planes(window_m, base_m);
     }
 
-    // False for what lies behind the face or ends in its plane, as the wall that the face is the surface of.
-    bool reaches_above(const ConvexSolid& occluder) const {
-        return std::any_of(occluder.sides.begin(), occluder.sides.end(), [&](const ConvexSolid::Side& side) {
-            return std::any_of(side.vertices_m.begin(), side.vertices_m.end(),
-                               [&](const dvec3& v) { return height(v) > lowest_m; });
+    bool holds_part_of(const Occluder& occluder) const {
+        for (int k = 0; k < 3; ++k)
+            if (occluder.solid.low_m[k] > high_m_[k] || occluder.solid.high_m[k] < low_m_[k]) return false;
+        return std::none_of(planes_.begin(), planes_.end(), [&](const HalfSpace& plane) {
+            return std::all_of(occluder.corners_m.begin(), occluder.corners_m.end(),
+                               [&](const dvec3& v) { return height(plane, v) > -thinnest_m; });
         });
     }
 
-    // The part of the face that lies on or behind a plane.
-    Region behind(const dvec3& normal, double offset_m) const {
-        Region result;
-        double extent_m = 1.0;
-        for (const Ring& ring : face_.region)
-            for (const PlanePoint& p : ring) extent_m = std::max(extent_m, glm::distance(face_.plane.to_world(p), face_.plane.origin_m));
-        // A square around the face, cut by the plane.
-        const dvec3 x = 2.0 * extent_m * face_.plane.x, y = 2.0 * extent_m * face_.plane.y, o = face_.plane.origin_m;
-        const auto depth_of = [&](const dvec3& p) { return offset_m - glm::dot(normal, p); };
-        const auto part = slab({o - x - y, o + x - y, o + x + y, o - x + y}, depth_of, -1e-9, 1e300);
-        Ring ring;
-        for (const dvec3& p : part) ring.push_back(face_.plane.to_plane(p));
-        return ring.size() < 3 ? Region{} : intersect(face_.region, {ring});
+private:
+    // The planes through an edge of one polygon and a corner of the other that have both polygons on the same side.
+    void add_planes(const std::vector<dvec3>& edges_of, const std::vector<dvec3>& corners_of) {
+        for (std::size_t i = 0; i < edges_of.size(); ++i) {
+            const dvec3 &a = edges_of[i], &b = edges_of[(i + 1) % edges_of.size()];
+            for (const dvec3& corner : corners_of) {
+                const dvec3 across = glm::cross(b - a, corner - a);
+                const double length = glm::length(across);
+                if (length < thinnest_m * thinnest_m) continue;
+                for (const dvec3& normal : {across / length, -across / length}) {
+                    const HalfSpace plane{normal, glm::dot(normal, a)};
+                    const auto inside = [&](const dvec3& p) { return height(plane, p) < thinnest_m; };
+                    if (!std::all_of(edges_of.begin(), edges_of.end(), inside) ||
+                        !std::all_of(corners_of.begin(), corners_of.end(), inside))
+                        continue;
+                    planes_.push_back(plane);
+                    break;
+                }
+            }
+        }
+    }
+
+    dvec3 low_m_{infinity}, high_m_{-infinity};
+    std::vector<HalfSpace> planes_;
+};
+
+struct Shadow {
+    enum class Cover { none, part, all } cover = Cover::none;  // of the place that was asked for
+    Ring outline{};  // convex; where cover is `part`
+};
+
+Shadow cover(Ring convex, const PlaneBounds& place) {
+    if (convex.empty()) return {};
+    const std::array<PlanePoint, 4> corners{PlanePoint{place.left, place.bottom}, {place.right, place.bottom},
+                                            {place.right, place.top}, {place.left, place.top}};
+    bool all = true;
+    for (std::size_t i = 0; i < convex.size(); ++i) {
+        const PlanePoint &a = convex[i], &b = convex[(i + 1) % convex.size()];
+        const double x = static_cast<double>(b.X - a.X), y = static_cast<double>(b.Y - a.Y);
+        bool all_outside = true;
+        for (const PlanePoint& p : corners) {
+            const bool inside = x * static_cast<double>(p.Y - a.Y) - y * static_cast<double>(p.X - a.X) > 0.0;
+            all = all && inside;
+            all_outside = all_outside && !inside;
+        }
+        if (all_outside) return {};
+    }
+    return all ? Shadow{Shadow::Cover::all} : Shadow{Shadow::Cover::part, std::move(convex)};
+}
+
+// What occluders hide from the plane of one face.
+class FaceView {
+public:
+    explicit FaceView(const Face& face) : face_(face) {
+        for (const dvec3& corner : rectangle(PlaneBounds(face.region))) low_m_ = min(low_m_, corner), high_m_ = max(high_m_, corner);
+    }
+
+    const dvec3& normal() const { return face_.normal; }
+    double height_of(const dvec3& point_m) const { return glm::dot(point_m - face_.plane.origin_m, face_.normal); }
+
+    std::vector<dvec3> rectangle(const PlaneBounds& bounds) const {
+        return {face_.plane.to_world({bounds.left, bounds.bottom}), face_.plane.to_world({bounds.right, bounds.bottom}),
+                face_.plane.to_world({bounds.right, bounds.top}), face_.plane.to_world({bounds.left, bounds.top})};
+    }
+
+    // The part of the face inside half-spaces.
+    Region inside(std::span<const HalfSpace> half_spaces) const {
+        const Ring ring = square_inside(half_spaces);
+        return ring.empty() ? Region{} : intersect(face_.region, {ring});
+    }
+
+    // What an occluder hides from a viewpoint within `where`, a rectangle in the plane of the face.
+    Shadow shadow(const Occluder& occluder, const dvec3& viewpoint_m, const PlaneBounds& where) const {
+        const std::vector<ConvexSolid::Side>& sides = occluder.solid.sides;
+        const auto height_over = [&](const ConvexSolid::Side& side) { return height(side.plane, viewpoint_m); };
+        if (sides.size() == 1) {
+            if (std::abs(height_over(sides[0])) < thinnest_m) return {};  // a sheet seen edge-on
+        } else if (std::all_of(sides.begin(), sides.end(), [&](const auto& side) { return height_over(side) <= thinnest_m; })) {
+            // From a point of the body itself all is hidden that lies on the inner side of the faces at this point.
+            std::vector<HalfSpace> touched;
+            for (const ConvexSolid::Side& side : sides)
+                if (height_over(side) >= -thinnest_m) touched.push_back(side.plane);
+            return cover(square_inside(touched), where);
+        }
+        const double top = height_of(viewpoint_m), highest = (1.0 - below_viewpoint) * top;
+        // The corners of the part of the occluder with heights in [0, highest].
+        std::vector<double> heights_m;
+        Ring corners;
+        for (const dvec3& p : occluder.corners_m) {
+            heights_m.push_back(height_of(p));
+            if (heights_m.back() >= 0.0 && heights_m.back() <= highest) corners.push_back(project(viewpoint_m, top, p, heights_m.back()));
+        }
+        for (const auto& [a, b] : occluder.edges) {
+            for (const double limit : {0.0, highest}) {
+                const double h_a = heights_m[a] - limit, h_b = heights_m[b] - limit;
+                if (h_a * h_b >= 0.0) continue;
+                const dvec3& from = occluder.corners_m[a];
+                corners.push_back(project(viewpoint_m, top, from + h_a / (h_a - h_b) * (occluder.corners_m[b] - from), limit));
+            }
+        }
+        return PlaneBounds(corners).touches(where) ? cover(convex_hull(std::move(corners)), where) : Shadow{};
     }
 
 private:
+    PlanePoint project(const dvec3& viewpoint_m, double top, const dvec3& p, double h) const {
+        return face_.plane.to_plane(viewpoint_m + top / (top - h) * (p - viewpoint_m));
+    }
+
+    // A square around the face, cut by the planes.
+    Ring square_inside(std::span<const HalfSpace> half_spaces) const {
+        const dvec3 middle = 0.5 * (low_m_ + high_m_);
+        const double reach_m = glm::distance(low_m_, high_m_);
+        const dvec3 x = reach_m * face_.plane.x, y = reach_m * face_.plane.y;
+        std::vector<dvec3> part{middle - x - y, middle + x - y, middle + x + y, middle - x + y};
+        for (const HalfSpace& half_space : half_spaces)
+            part = slab(std::move(part), [&](const dvec3& p) { return height(half_space, p); }, -infinity, 0.0);
+        Ring ring;
+        for (const dvec3& p : part) ring.push_back(face_.plane.to_plane(p));
+        return convex_hull(std::move(ring));
+    }
+
     const Face& face_;
+    dvec3 low_m_{infinity}, high_m_{-infinity};
 };
 
-struct Box {
-    dvec3 low_m{1e300}, high_m{-1e300};
+// The part of a face from which a window is hidden.
+class HiddenPart {
+public:
+    HiddenPart(const FaceView& view, const dvec3& window_normal, const UmbraOptions& options)
+        : view_(view), window_normal_(window_normal), options_(options) {}
 
-    void add(const dvec3& p) { low_m = min(low_m, p), high_m = max(high_m, p); }
-    bool touches(const ConvexSolid& solid) const {
-        for (int k = 0; k < 3; ++k)
-            if (solid.low_m[k] > high_m[k] || solid.high_m[k] < low_m[k]) return false;
-        return true;
+    // Within `rest` of the face.
+    Region of(const std::vector<dvec3>& window_m, const std::vector<const Occluder*>& all_occluders, const Region& rest,
+              int halvings_left) const {
+        if (rest.empty() || window_m.size() < 3) return {};
+        const PlaneBounds where(rest);
+        const Shaft shaft(view_.rectangle(where), window_m, view_.normal(), window_normal_);
+        std::vector<const Occluder*> occluders;
+        for (const Occluder* occluder : all_occluders)
+            if (shaft.holds_part_of(*occluder)) occluders.push_back(occluder);
+
+        Region hidden;
+        for (const Occluder* occluder : occluders) {
+            const std::optional<Region> zone = umbra(*occluder, window_m, where);
+            if (!zone) return rest;
+            hidden.insert(hidden.end(), zone->begin(), zone->end());
+        }
+        if (!hidden.empty()) hidden = intersect(rest, hidden);
+        if (halvings_left == 0 || occluders.size() < 2) return hidden;
+        // Where no point of the window can be seen of those that are easily tried.
+        Region doubtful = subtract(rest, hidden);
+        dvec3 middle{};
+        for (const dvec3& corner : window_m) middle += corner / static_cast<double>(window_m.size());
+        doubtful = shaded(occluders, middle, doubtful);
+        for (const dvec3& corner : window_m) doubtful = shaded(occluders, corner, doubtful);
+        for (const std::vector<dvec3>& half : halves(window_m)) {
+            if (area_m2(doubtful) < options_.smallest_m2) return hidden;
+            doubtful = of(half, occluders, doubtful, halvings_left - 1);
+        }
+        return unite(hidden, doubtful);
     }
+
+private:
+    // Where one occluder hides all of the window, in `where` and beside it; nothing if that is all of `where`.
+    std::optional<Region> umbra(const Occluder& occluder, const std::vector<dvec3>& window_m, PlaneBounds where) const {
+        Region outlines;
+        for (const dvec3& corner : window_m) {
+            Shadow shadow = view_.shadow(occluder, corner, where);
+            if (shadow.cover == Shadow::Cover::none) return Region{};
+            if (shadow.cover == Shadow::Cover::all) continue;
+            where.cut(PlaneBounds(shadow.outline));
+            outlines.push_back(std::move(shadow.outline));
+        }
+        if (outlines.empty()) return std::nullopt;
+        Region zone{outlines[0]};
+        for (std::size_t k = 1; k < outlines.size() && !zone.empty(); ++k) zone = intersect(zone, {outlines[k]});
+        return zone;
+    }
+
+    // Where some occluder hides a point.
+    Region shaded(const std::vector<const Occluder*>& occluders, const dvec3& point_m, const Region& rest) const {
+        if (area_m2(rest) < options_.smallest_m2) return {};
+        const PlaneBounds where(rest);
+        Region shadows;
+        for (const Occluder* occluder : occluders) {
+            Shadow shadow = view_.shadow(*occluder, point_m, where);
+            if (shadow.cover == Shadow::Cover::all) return rest;
+            if (shadow.cover == Shadow::Cover::part) shadows.push_back(std::move(shadow.outline));
+        }
+        return shadows.empty() ? Region{} : intersect(rest, shadows);
+    }
+
+    const FaceView& view_;
+    dvec3 window_normal_;
+    const UmbraOptions& options_;
 };
 
 }  // namespace
 
-UmbraFinder::UmbraFinder(const Building& building, std::vector<ConvexSolid> occluders)
-    : building_(building), occluders_(std::move(occluders)) {
+UmbraFinder::UmbraFinder(const Building& building, std::vector<ConvexSolid> solids, const UmbraOptions& options)
+    : building_(building), options_(options) {
+    for (ConvexSolid& solid : solids) {
+        Occluder occluder{std::move(solid), {}, {}};
+        const auto corner_number = [&](const dvec3& v) {
+            const auto same = [&](const dvec3& other) { return glm::distance(v, other) < 1e-3 * thinnest_m; };
+            const auto found = std::find_if(occluder.corners_m.begin(), occluder.corners_m.end(), same);
+            if (found != occluder.corners_m.end()) return static_cast<std::size_t>(found - occluder.corners_m.begin());
+            occluder.corners_m.push_back(v);
+            return occluder.corners_m.size() - 1;
+        };
+        std::set<std::array<std::size_t, 2>> edges;
+        for (const ConvexSolid::Side& side : occluder.solid.sides) {
+            for (std::size_t k = 0; k < side.vertices_m.size(); ++k) {
+                const std::size_t a = corner_number(side.vertices_m[k]);
+                const std::size_t b = corner_number(side.vertices_m[(k + 1) % side.vertices_m.size()]);
+                edges.insert({std::min(a, b), std::max(a, b)});
+            }
+        }
+        occluder.edges.assign(edges.begin(), edges.end());
+        occluders_.push_back(std::move(occluder));
+    }
+    // Large ones first: they are the likeliest to hide all, and the search ends there.
+    std::stable_sort(occluders_.begin(), occluders_.end(), [](const Occluder& a, const Occluder& b) {
+        return glm::distance(a.solid.low_m, a.solid.high_m) > glm::distance(b.solid.low_m, b.solid.high_m);
+    });
     for (const Aperture& aperture : building.apertures) {
         if (aperture.inner) continue;
         for (const FacetId part : aperture.facets) windows_.push_back({building.facets[index(part)].vertices_m, aperture.normal});
@@ -108,32 +310,25 @@ UmbraFinder::UmbraFinder(const Building& building, std::vector<ConvexSolid> occl
 
 Region UmbraFinder::on_face(FaceId id) const {
     const Face& face = building_.faces[index(id)];
-    if (face.environment == Environment::outdoor || face.aperture) return {};
+    if (face.environment == Environment::outdoor || face.aperture || face.region.empty()) return {};
     const FaceView view(face);
-    Box face_box;
-    for (const Ring& ring : face.region)
-        for (const PlanePoint& p : ring) face_box.add(face.plane.to_world(p));
+    const auto height_of = [&](const dvec3& p) { return view.height_of(p); };
 
+    std::vector<const Occluder*> occluders;
+    for (const Occluder& occluder : occluders_) occluders.push_back(&occluder);
     Region umbra = face.region;  // of the windows so far
     for (const Window& window : windows_) {
         if (umbra.empty()) break;
-        const auto height_of = [&](const dvec3& p) { return view.height(p); };
-        const std::vector<dvec3> visible = slab(window.vertices_m, height_of, lowest_m, 1e300);
+        // What is lower than a micrometre over the plane of the face lies in it, and lights nothing on the face.
+        const std::vector<dvec3> visible = slab(window.vertices_m, height_of, thinnest_m, infinity);
         if (visible.size() < 3) continue;  // the face looks away from it
 
-        Region hidden = view.behind(window.normal, glm::dot(window.normal, window.vertices_m[0]));
-        Box shaft = face_box;
-        for (const dvec3& v : visible) shaft.add(v);
-        for (const ConvexSolid& occluder : occluders_) {
-            if (!shaft.touches(occluder)) continue;
-            Region zone = umbra;
-            for (const dvec3& corner : visible) {
-                const Ring shadow = view.shadow(occluder, corner);
-                zone = shadow.empty() ? Region{} : intersect(zone, {shadow});
-                if (zone.empty()) break;
-            }
-            hidden.insert(hidden.end(), zone.begin(), zone.end());
-        }
+        const HalfSpace behind{window.normal, glm::dot(window.normal, window.vertices_m[0])};
+        Region hidden = view.inside({&behind, 1});
+        const Region in_front = subtract(umbra, hidden);
+        Region more = HiddenPart(view, window.normal, options_)
+                          .of(visible, occluders, in_front, options_.halvings);
+        hidden.insert(hidden.end(), more.begin(), more.end());
         umbra = intersect(umbra, hidden);
     }
     return without_slivers(umbra);

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <vector>
 
 #include "core/building.h"
@@ -6,15 +7,28 @@
 
 namespace naturel {
 
+struct UmbraOptions {
+    /// How often an aperture is halved, at most, where occluders may hide it together though none of them hides all of it.
+    int halvings = 4;
+    double smallest_m2 = 1e-3;  ///< halving stops where no more than this could become umbra
+};
+
+/// A convex solid that may hide an aperture.
+struct Occluder {
+    ConvexSolid solid;
+    std::vector<glm::dvec3> corners_m;              ///< each vertex of the solid once
+    std::vector<std::array<std::size_t, 2>> edges;  ///< pairs of corners
+};
+
 /// Finds the umbra zones on the faces of a building. Refers to the building: keep it alive.
 class UmbraFinder {
 public:
-    /// occluders: see convex_occluders().
-    UmbraFinder(const Building& building, std::vector<ConvexSolid> occluders);
+    /// solids: see convex_occluders().
+    UmbraFinder(const Building& building, std::vector<ConvexSolid> solids, const UmbraOptions& options = {});
 
     /// The part of an indoor face, in Face::plane, from which no point of any exterior aperture is seen: behind the plane of an
-    /// aperture, or in the umbra of one occluder. For one convex occluder and one convex aperture the umbra is the
-    /// intersection of the occluder's shadows from the corners of the aperture (Nishita & Nakamae 1983).
+    /// aperture, or where each part of it is in the umbra of one occluder. For one convex occluder and one convex aperture the
+    /// umbra is the intersection of the occluder's shadows from the corners of the aperture (Nishita & Nakamae 1983).
     Region on_face(FaceId face) const;
 
 private:
@@ -24,7 +38,8 @@ private:
     };
 
     const Building& building_;
-    std::vector<ConvexSolid> occluders_;
+    UmbraOptions options_;
+    std::vector<Occluder> occluders_;
     std::vector<Window> windows_;
 };
 
