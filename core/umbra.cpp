@@ -10,6 +10,7 @@
 #include <set>
 #include <span>
 
+#include "core/parallel.h"
 #include "core/plane_bounds.h"
 
 namespace naturel {
@@ -274,6 +275,37 @@ private:
     const UmbraOptions& options_;
 };
 
+// A region in squares of some metres: the occluders near a square are few, and Clipper's cost grows faster than in
+// proportion to what it is given at once.
+std::vector<Region> tiles(const Region& region) {
+    constexpr double tile_nm = 2.5 * nanometres_per_metre;
+    if (region.empty()) return {};
+    ClipperLib::cInt left = region[0][0].X, right = left, bottom = region[0][0].Y, top = bottom;
+    for (const Ring& ring : region) {
+        for (const PlanePoint& p : ring) {
+            left = std::min(left, p.X), right = std::max(right, p.X);
+            bottom = std::min(bottom, p.Y), top = std::max(top, p.Y);
+        }
+    }
+    // At most 40 x 40 of them, whatever the size of the face.
+    const auto step = [&](ClipperLib::cInt extent) {
+        return static_cast<ClipperLib::cInt>(std::max(tile_nm, std::ceil(static_cast<double>(extent) / 40.0)));
+    };
+    const ClipperLib::cInt tile_width = step(right - left), tile_height = step(top - bottom);
+    std::vector<Region> result;
+    for (ClipperLib::cInt y = bottom; y < top; y += tile_height) {
+        const ClipperLib::cInt y1 = std::min(y + tile_height, top);
+        const Region row = intersect(region, {{{left, y}, {right, y}, {right, y1}, {left, y1}}});
+        if (row.empty()) continue;
+        for (ClipperLib::cInt x = left; x < right; x += tile_width) {
+            const ClipperLib::cInt x1 = std::min(x + tile_width, right);
+            Region tile = intersect(row, {{{x, y}, {x1, y}, {x1, y1}, {x, y1}}});
+            if (!tile.empty()) result.push_back(std::move(tile));
+        }
+    }
+    return result;
+}
+
 }  // namespace
 
 UmbraFinder::UmbraFinder(const Building& building, std::vector<ConvexSolid> solids, const UmbraOptions& options)
@@ -326,9 +358,13 @@ Region UmbraFinder::on_face(FaceId id) const {
         const HalfSpace behind{window.normal, glm::dot(window.normal, window.vertices_m[0])};
         Region hidden = view.inside({&behind, 1});
         const Region in_front = subtract(umbra, hidden);
-        Region more = HiddenPart(view, window.normal, options_)
-                          .of(visible, occluders, in_front, options_.halvings);
-        hidden.insert(hidden.end(), more.begin(), more.end());
+        const HiddenPart finder(view, window.normal, options_);
+        const std::vector<Region> parts = tiles(in_front);
+        std::vector<Region> found(parts.size());
+        parallel_for(parts.size(), 1, [&](std::size_t k) {
+            found[k] = finder.of(visible, occluders, parts[k], options_.halvings);
+        });
+        for (const Region& more : found) hidden.insert(hidden.end(), more.begin(), more.end());
         umbra = intersect(umbra, hidden);
     }
     return without_slivers(umbra);
