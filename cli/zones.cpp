@@ -26,19 +26,21 @@ void find_zones(const ZonesOptions& options, Progress& progress) {
 
     const Primaries primaries(scene.primaries);
     const ZoneReport report{options.scene, scene, building, sun, zones, primaries};
-    std::vector<std::string> written{"zones.json"};
-    write_file(options.out / "zones.json", zones_json(report));
+    std::vector<Drawing> drawings;
     if (options.svg) {
         const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
         if (progress.interrupted()) throw Interrupted();
-        for (const Drawing& drawing : draw_zones(report, grid)) {
-            write_file(options.out / drawing.file, drawing.svg);
-            written.push_back(drawing.file);
-        }
+        drawings = draw_zones(report, grid);
     }
+    // Nothing is written before everything is there.
     std::string account = zones_table(report);
-    for (const std::string& file : written)
-        account += fmt::format("  written to {}\n", (options.out / file).string());
+    const auto write = [&](const std::string& name, const std::string& text) {
+        write_file(options.out / name, text);
+        account += fmt::format("  written to {}\n", (options.out / name).string());
+    };
+    write("zones.json", zones_json(report));
+    for (const Drawing& drawing : drawings)
+        write(drawing.file, drawing.svg);
     std::fwrite(account.data(), 1, account.size(), stdout);
 }
 

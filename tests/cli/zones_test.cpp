@@ -345,6 +345,6 @@ TEST_CASE("zones that cannot be written, or drawn, end with exit code 3 and leav
     const ZonedRoom fine;
     const Outcome refused = fine.zones({"--svg", "--grid-spacing", "0.001"});
     CHECK(refused.exit_code == 3);
-    CHECK(refused.errors.find("--grid-spacing") != std::string::npos);
+    CHECK(refused.errors.find("larger than 0.001 m") != std::string::npos);
     CHECK(names_below(fine.out()).empty());
 }
