@@ -78,8 +78,8 @@ TEST_CASE("the test room's sky component and incoming flux are those of the clos
         // the window, arrives on the surfaces: the only check of the direct light that the radiosity's balance cannot give.
         const double horizontal_lx = 10000.0;
         const double window_lm = 2.4 * (0.3961773 * horizontal_lx + 0.5 * 0.2 * horizontal_lx);
-        // Means over patches of 0.25 m near the window: measured 0.1 % with rays. Cells of the projection on the window's outline
-        // only ever lose light: 0.3 % hemi-cube, 1.0 % single plane.
-        CHECK_THAT(solution.radiosity.flux_in_lm.g, WithinRel(window_lm, backend.name == "embree" ? 3e-3 : 0.015));
+        // Means of the corners of patches of 0.25 m, where light rises steeply beside the umbra below the sill: measured -0.44 %
+        // with rays. Cells of the projection on the window's outline only ever lose light: -0.8 % hemi-cube, -1.0 % single plane.
+        CHECK_THAT(solution.radiosity.flux_in_lm.g, WithinRel(window_lm, backend.name == "embree" ? 6e-3 : 0.015));
     }
 }
