@@ -13,7 +13,7 @@
 #include "tests/catch.h"
 #include "tests/random_scenes.h"
 #include "tests/reference/light_paths.h"
-#include "tests/reference/random_buildings.h"
+#include "tests/reference/test_buildings.h"
 
 using namespace naturel;
 using namespace naturel::tests;
@@ -70,35 +70,8 @@ void check_outline(const Lit& lit, const std::string& face, const std::vector<dv
     }
 }
 
-// A room of polygons, 4 m x depth x 3 m with walls of no thickness. Its south wall is y = 0.
-Scene polygon_room(double depth_m) {
-    Scene scene = empty_scene();
-    const double d = depth_m;
-    scene.polygons = {{.id = "floor", .vertices_m = {{0, 0, 0}, {4, 0, 0}, {4, d, 0}, {0, d, 0}}},
-                      {.id = "ceiling", .vertices_m = {{0, 0, 3}, {0, d, 3}, {4, d, 3}, {4, 0, 3}}},
-                      {.id = "south", .vertices_m = {{0, 0, 0}, {0, 0, 3}, {4, 0, 3}, {4, 0, 0}}},
-                      {.id = "north", .vertices_m = {{0, d, 0}, {4, d, 0}, {4, d, 3}, {0, d, 3}}},
-                      {.id = "west", .vertices_m = {{0, 0, 0}, {0, d, 0}, {0, d, 3}, {0, 0, 3}}},
-                      {.id = "east", .vertices_m = {{4, 0, 0}, {4, 0, 3}, {4, d, 3}, {4, d, 0}}}};
-    return scene;
-}
-
 void open_south(Scene& scene, std::vector<dvec3> vertices_m) {
     scene.apertures.push_back({.id = "window " + std::to_string(scene.apertures.size()), .vertices_m = std::move(vertices_m)});
-}
-
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
-dvec3 point_in(const Facet& facet, std::mt19937_64& random) {
-    const auto twice_area = [&](std::size_t k) {
-        return glm::length(glm::cross(facet.vertices_m[k] - facet.vertices_m[0], facet.vertices_m[k + 1] - facet.vertices_m[0]));
-    };
-    double left = uniform(random) * 2.0 * facet.area_m2;
-    std::size_t k = 1;
-    while (k + 2 < facet.vertices_m.size() && left > twice_area(k)) left -= twice_area(k++);
-    double a = uniform(random), b = uniform(random);
-    if (a + b > 1) a = 1 - a, b = 1 - b;
-    return (1 - a - b) * facet.vertices_m[0] + a * facet.vertices_m[k] + b * facet.vertices_m[k + 1];
 }
 
 struct Agreement {
@@ -197,7 +170,7 @@ double worst_imbalance(const Lit& lit) {
 }  // namespace
 
 TEST_CASE("a window in a thin wall throws its sheared image on the floor", "[core][sunspot]") {
-    Scene scene = polygon_room(5);
+    Scene scene = polygon_room({4, 5, 3});
     open_south(scene, {{1, 0, 1}, {1, 0, 2}, {3, 0, 2}, {3, 0, 1}});
     const Lit lit = light(scene, {0.3, -1, 0.8});
     // From (x, 0, z) the ray meets the floor at (x - 0.3 z / 0.8, z / 0.8).
@@ -243,14 +216,14 @@ TEST_CASE("triangular and L-shaped apertures keep their shape on the floor", "[c
     const dvec3 to_sun(0.3, -1, 0.8);
     const auto on_floor = [&](double x, double z) { return dvec3(x - 0.3 * z / 0.8, z / 0.8, 0); };
     SECTION("a triangle, by polygon") {
-        Scene scene = polygon_room(5);
+        Scene scene = polygon_room({4, 5, 3});
         open_south(scene, {{1, 0, 1}, {2, 0, 2}, {3, 0, 1}});
         const Lit lit = light(scene, to_sun);
         check_outline(lit, "floor", {on_floor(1, 1), on_floor(2, 2), on_floor(3, 1)});
         CHECK_THAT(area_of(lit, "floor"), WithinRel(1.0 / 0.8, 1e-9));
     }
     SECTION("an L, by polygon") {
-        Scene scene = polygon_room(5);
+        Scene scene = polygon_room({4, 5, 3});
         open_south(scene, {{1, 0, 1}, {1, 0, 2}, {1.5, 0, 2}, {1.5, 0, 1.4}, {3, 0, 1.4}, {3, 0, 1}});
         const Lit lit = light(scene, to_sun);
         check_outline(lit, "floor", {on_floor(1, 1), on_floor(1, 2), on_floor(1.5, 2), on_floor(1.5, 1.4), on_floor(3, 1.4), on_floor(3, 1)});
@@ -282,7 +255,7 @@ TEST_CASE("triangular and L-shaped apertures keep their shape on the floor", "[c
 }
 
 TEST_CASE("a sun one degree higher moves the edges of its patch as geometry says", "[core][sunspot]") {
-    Scene scene = polygon_room(5);
+    Scene scene = polygon_room({4, 5, 3});
     open_south(scene, {{1, 0, 1}, {1, 0, 2}, {3, 0, 2}, {3, 0, 1}});
     for (const double altitude_deg : {40.0, 41.0}) {
         const double altitude_rad = altitude_deg * std::numbers::pi / 180.0;

@@ -31,6 +31,23 @@ std::optional<double> crossing(const Facet& facet, const dvec3& origin_m, const 
 
 }  // namespace
 
+double uniform(std::mt19937_64& random, double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+}
+
+dvec3 point_in(const Facet& facet, std::mt19937_64& random) {
+    // A triangle of the fan, chosen by area.
+    const auto twice_area = [&](std::size_t k) {
+        return glm::length(glm::cross(facet.vertices_m[k] - facet.vertices_m[0], facet.vertices_m[k + 1] - facet.vertices_m[0]));
+    };
+    double left = uniform(random, 0.0, 2.0 * facet.area_m2);
+    std::size_t k = 1;
+    while (k + 2 < facet.vertices_m.size() && left > twice_area(k)) left -= twice_area(k++);
+    double a = uniform(random, 0.0, 1.0), b = uniform(random, 0.0, 1.0);
+    if (a + b > 1.0) a = 1.0 - a, b = 1.0 - b;
+    return (1.0 - a - b) * facet.vertices_m[0] + a * facet.vertices_m[k] + b * facet.vertices_m[k + 1];
+}
+
 SunPath path_to_sun(const Scene& scene, const Building& building, const Face& face, const dvec3& point_m, const dvec3& to_sun) {
     if (glm::dot(face.normal, to_sun) <= 0.0) return {};
     for (const Facet& facet : building.facets)

@@ -1,10 +1,16 @@
 #pragma once
 #include <optional>
+#include <random>
 
 #include "core/building.h"
 #include "core/scene.h"
 
 namespace naturel::tests {
+
+/// Uniform over a convex facet. Not by std::uniform_real_distribution: its values differ between standard libraries.
+glm::dvec3 point_in(const Facet& facet, std::mt19937_64& random);
+
+double uniform(std::mt19937_64& random, double low, double high);
 
 /// What a ray from a point of a face towards the sun crosses before it is in the open.
 struct SunPath {

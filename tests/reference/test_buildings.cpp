@@ -1,4 +1,4 @@
-#include "tests/reference/random_buildings.h"
+#include "tests/reference/test_buildings.h"
 
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -89,6 +89,18 @@ Scene random_building(std::uint64_t seed) {
         scene.polyhedra.push_back(thing(random, "outdoors " + std::to_string(k), {0, -3, 0}, {9, -1.5, 3}));
     const double y = random.uniform(0.5, 2);
     scene.polygons = {{.id = "shelf", .vertices_m = {{0.5, y, 1}, {2, y, 1}, {2, y + 1, 1.3}, {0.5, y + 1, 1.3}}, .two_sided = true}};
+    return scene;
+}
+
+Scene polygon_room(dvec3 size_m) {
+    Scene scene = empty_scene();
+    const double x = size_m.x, y = size_m.y, z = size_m.z;
+    scene.polygons = {{.id = "floor", .vertices_m = {{0, 0, 0}, {x, 0, 0}, {x, y, 0}, {0, y, 0}}},
+                      {.id = "ceiling", .vertices_m = {{0, 0, z}, {0, y, z}, {x, y, z}, {x, 0, z}}},
+                      {.id = "south", .vertices_m = {{0, 0, 0}, {0, 0, z}, {x, 0, z}, {x, 0, 0}}},
+                      {.id = "north", .vertices_m = {{0, y, 0}, {x, y, 0}, {x, y, z}, {0, y, z}}},
+                      {.id = "west", .vertices_m = {{0, 0, 0}, {0, y, 0}, {0, y, z}, {0, 0, z}}},
+                      {.id = "east", .vertices_m = {{x, 0, 0}, {x, 0, z}, {x, y, z}, {x, y, 0}}}};
     return scene;
 }
 

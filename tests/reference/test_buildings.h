@@ -10,6 +10,9 @@ namespace naturel::tests {
 /// a pit for a window.
 Scene random_building(std::uint64_t seed);
 
+/// A room of polygons, (0,0,0) to size_m, with walls of no thickness and no apertures. Its south wall is y = 0.
+Scene polygon_room(glm::dvec3 size_m);
+
 /// Unit vector; at least 6 degrees above the horizon.
 glm::dvec3 random_sun(std::uint64_t seed);
 
