@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "core/errors.h"
+#include "core/parallel.h"
 #include "core/spherical_polygon.h"
 #include "core/units.h"
 
@@ -356,17 +357,19 @@ private:
     };
 
     std::vector<Piece> cut_cells(const Face& face, const PatchGrid::FaceGrid& g, const std::vector<Zone>& zones) const {
-        std::vector<Piece> pieces;
-        for (int j = 0; j < g.nv; ++j) {
+        std::vector<std::vector<Piece>> rows(static_cast<std::size_t>(g.nv));
+        parallel_for(rows.size(), 1, [&](std::size_t j) {
             // Cutting by a row first keeps the cost of a cell to what lies in its row.
             const Ring row = outline_of(face, g, {0.0, double(j), double(g.nu), double(j + 1)});
             std::vector<Region> in_row;
             for (const Zone& zone : zones) in_row.push_back(intersect(zone.region, {row}));
             for (int i = 0; i < g.nu; ++i) {
                 const Quad cell{double(i), double(j), double(i + 1), double(j + 1)};
-                cut_quad(face, g, cell, in_row, cell_number(g, i, j), 0, pieces);
+                cut_quad(face, g, cell, in_row, cell_number(g, i, static_cast<int>(j)), 0, rows[j]);
             }
-        }
+        });
+        std::vector<Piece> pieces;
+        for (std::vector<Piece>& row : rows) std::move(row.begin(), row.end(), std::back_inserter(pieces));
         return pieces;
     }
 
