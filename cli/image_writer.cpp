@@ -12,9 +12,9 @@
 namespace naturel {
 namespace {
 
-OIIO::ImageSpec make_spec(const Picture& picture, int channels, OIIO::TypeDesc format,
+OIIO::ImageSpec make_spec(int width, int height, int channels, OIIO::TypeDesc format,
                           const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec(picture.width, picture.height, channels, format);
+    OIIO::ImageSpec spec(width, height, channels, format);
     for (const auto& [name, text] : metadata)
         spec.attribute(name, text);
     // OpenImageIO would put the clock's time here, and equal runs must give equal bytes.
@@ -41,7 +41,7 @@ std::string encode(const char* file_name, const OIIO::ImageSpec& spec, OIIO::Typ
 }  // namespace
 
 std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec = make_spec(picture, 4, OIIO::TypeDesc::FLOAT, metadata);
+    OIIO::ImageSpec spec = make_spec(picture.width, picture.height, 4, OIIO::TypeDesc::FLOAT, metadata);
     spec.channelnames = {"R", "G", "B", "Y"};
     spec.alpha_channel = -1;
     spec.attribute("compression", "zip");
@@ -78,7 +78,7 @@ double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries)
 
 std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,
                        const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec = make_spec(picture, 3, OIIO::TypeDesc::UINT8, metadata);
+    OIIO::ImageSpec spec = make_spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8, metadata);
     spec.attribute("oiio:ColorSpace", "sRGB");
     std::vector<std::uint8_t> pixels;
     pixels.reserve(picture.luminance_cd_m2.size() * 3);
@@ -88,6 +88,13 @@ std::string encode_png(const Picture& picture, const Primaries& primaries, doubl
             pixels.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb_curve(value))));
     }
     return encode("picture.png", spec, OIIO::TypeDesc::UINT8, pixels.data());
+}
+
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata) {
+    OIIO::ImageSpec spec = make_spec(raster.width, raster.height, 3, OIIO::TypeDesc::UINT8, metadata);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    static_assert(sizeof(Rgb8) == 3);
+    return encode("raster.png", spec, OIIO::TypeDesc::UINT8, raster.pixels.data());
 }
 
 }  // namespace naturel

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/raster.h"
 #include "core/colour.h"
 #include "core/picture.h"
 
@@ -24,5 +25,8 @@ double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries)
 /// Bytes of a PNG file, 8-bit sRGB.
 std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,
                        const ImageMetadata& metadata);
+
+/// Bytes of a PNG file of what has been drawn.
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata);
 
 }  // namespace naturel
