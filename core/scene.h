@@ -8,6 +8,7 @@
 
 #include "core/band3.h"
 #include "core/ids.h"
+#include "core/sky_description.h"
 
 namespace naturel {
 
@@ -95,15 +96,6 @@ struct Ground {
     double z_m = 0.0;
     Band3 reflectance = grey(0.2);
     Desaturation desaturation{};
-};
-
-enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
-
-/// The sky as the scene asks for it: a model, and one of the two levels.
-struct SkyDescription {
-    SkyModel model = SkyModel::moon_spencer;
-    std::optional<double> zenith_luminance_cd_m2{};
-    std::optional<double> horizontal_illuminance_lx{};  ///< diffuse, unobstructed, without the sun
 };
 
 /// The sun in the frame of the model (site north already applied by the reader).
