@@ -13,6 +13,7 @@ struct WrittenView {
     std::string id;
     std::string file_stem;               ///< "views/from_the_door"; .exr and .png follow
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
+    PictureOptions options{};
 };
 
 /// One stage of a run and how long it took.

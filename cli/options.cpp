@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/picture_reader.h"
 
 namespace naturel {
 namespace {
@@ -127,6 +128,27 @@ CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
         ->check(within(1e-3, 1e3));
 }
 
+/// "auto", or a way to expose and its value: "white=500".
+CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
+    const auto take = [&exposure](const std::string& text) {
+        const std::size_t sign = std::min(text.find('='), text.size());
+        const auto way = std::ranges::find(exposure_modes, text.substr(0, sign), &Choice<ExposureMode>::name);
+        double value = 0.0;
+        const bool plain = sign == text.size();
+        if (way == exposure_modes.end() || plain != (way->value == ExposureMode::automatic) ||
+            (!plain && !CLI::detail::lexical_cast(text.substr(sign + 1), value)))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is not an exposure (auto, white=CD_M2, ev100=EV or percentile=PERCENT)", text));
+        const Range range = exposure_range(way->value);
+        if (!(value >= range.low && value <= range.high))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is out of range ({} would be right)", text, range.words()));
+        exposure = Exposure{way->value, value};
+    };
+    return app.add_option_function<std::string>("--exposure", take, "luminance shown as white in PNG files")
+        ->type_name("auto|white=CD_M2|ev100=EV|percentile=PERCENT");
+}
+
 void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_scene(app, options.scene);
     app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
@@ -163,6 +185,12 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
                    "relative error aimed at for direct illuminance (adaptive method)")
         ->type_name("X")
         ->check(within(1e-6, 0.5))
+        ->group(scene_group);
+
+    add_exposure(app, options.exposure)->group(scene_group);
+    add_choice(app, "--tone-mapping", options.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
+        ->group(scene_group);
+    add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
         ->group(scene_group);
 
     constexpr auto light_group = "Interreflection";

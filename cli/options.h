@@ -24,6 +24,9 @@ struct RunOptions {
     std::optional<double> grid_spacing_m;
     std::optional<DirectMethod> direct_method;
     std::optional<double> direct_tolerance;
+    std::optional<Exposure> exposure;
+    std::optional<ToneMapping> tone_mapping;
+    std::optional<WhitePoint> white_point;
 };
 
 /// `naturel check SCENE`

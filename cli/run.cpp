@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <set>
 
+#include "cli/choices.h"
+#include "cli/colour_notes.h"
 #include "cli/csv_writer.h"
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
@@ -56,6 +58,11 @@ Scene read_scene_with_overrides(const RunOptions& options) {
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
+    for (View& view : scene.views) {
+        if (options.exposure) view.picture.exposure = *options.exposure;
+        if (options.tone_mapping) view.picture.tone_mapping = *options.tone_mapping;
+        if (options.white_point) view.picture.white_point = *options.white_point;
+    }
     return scene;
 }
 
@@ -115,14 +122,17 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
         const View& view = result.scene.views[k];
         const Picture picture = draw_view(result.scene, result.building, result.grid, result.visibility,
                                           result.solution, view, progress);
-        const double white = white_luminance_cd_m2(picture, result.primaries);
+        const ScreenPicture screen = map_to_screen(picture, result.primaries, view.picture,
+                                                   result.solution.outdoors.sky_colour);
         ImageMetadata metadata = image_metadata(result, view);
         metadata.emplace_back("naturel:unit", "cd/m2");
         write_file(folder / "views" / (stems[k] + ".exr"), encode_exr(picture, result.primaries, metadata));
-        metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", white)};
+        metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", screen.white_luminance_cd_m2)};
+        metadata.emplace_back("naturel:tone_mapping",
+                              std::string(name_of(tone_mappings, view.picture.tone_mapping)));
         write_file(folder / "views" / (stems[k] + ".png"),
-                   encode_png(picture, result.primaries, white, metadata));
-        written.push_back({view.id, "views/" + stems[k], white});
+                   encode_png(screen, metadata));
+        written.push_back({view.id, "views/" + stems[k], screen.white_luminance_cd_m2, view.picture});
     }
     return written;
 }
@@ -230,6 +240,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
     }
     remove_results_of_earlier_run(options.out);
+    for (const std::string& note : colour_notes(scene))
+        print(stderr, "warning: " + note + "\n");
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     stop_if_interrupted(progress);

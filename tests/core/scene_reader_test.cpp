@@ -163,7 +163,7 @@ TEST_CASE("every key of a scene file arrives in the scene", "[reader]") {
 
     CHECK(s.name == "everything");
     CHECK(s.north_rad == radians_from_degrees(30));
-    CHECK(s.primaries == PrimariesName::srgb);
+    CHECK(s.primaries.name == PrimariesName::srgb);
     const Primaries primaries(PrimariesName::srgb);
 
     REQUIRE(s.materials.size() == 3);
@@ -267,7 +267,7 @@ TEST_CASE("what a scene file leaves out takes the defaults of the documentation"
     CHECK(s.grid.outdoor_spacing_m == 1);
     CHECK(s.direct.method == DirectMethod::adaptive);
     CHECK(s.direct.tolerance == 1e-3);
-    CHECK(s.primaries == PrimariesName::ebu);
+    CHECK(s.primaries.name == PrimariesName::ebu);
     CHECK(s.sensors[0].grid->z_m == 0.85);
     CHECK(s.sensors[0].grid->spacing_m == 0.5);
     CHECK(s.sensors[0].grid->margin_m == 0.5);
