@@ -2,6 +2,7 @@
 #include <array>
 #include <string_view>
 
+#include "cli/options.h"
 #include "core/daylight.h"
 #include "core/scene.h"
 #include "hemicube_backend/hemicube_visibility.h"
@@ -65,6 +66,16 @@ inline constexpr std::array exposure_modes{
     Choice{ExposureMode::white, "white"},
     Choice{ExposureMode::ev100, "ev100"},
     Choice{ExposureMode::percentile, "percentile"},
+};
+
+inline constexpr std::array false_colour_quantities{
+    Choice{FalseColourQuantity::none, "none"},
+    Choice{FalseColourQuantity::luminance, "luminance"},
+    Choice{FalseColourQuantity::illuminance, "illuminance"},
+};
+inline constexpr std::array colour_scale_kinds{
+    Choice{ColourScaleKind::linear, "linear"},
+    Choice{ColourScaleKind::logarithmic, "logarithmic"},
 };
 
 /// The word for `value`, which must be among the choices.

@@ -70,4 +70,11 @@ std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metada
     return encode("picture.png", spec, OIIO::TypeDesc::UINT8, pixels.data());
 }
 
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata) {
+    OIIO::ImageSpec spec = make_spec(raster.width, raster.height, 3, OIIO::TypeDesc::UINT8, metadata);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    static_assert(sizeof(Rgb8) == 3);
+    return encode("raster.png", spec, OIIO::TypeDesc::UINT8, raster.pixels.data());
+}
+
 }  // namespace naturel

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/raster.h"
 #include "core/colour.h"
 #include "core/picture.h"
 #include "core/tone_mapping.h"
@@ -19,5 +20,8 @@ std::string encode_exr(const Picture& picture, const Primaries& primaries, const
 
 /// Bytes of a PNG file, 8-bit sRGB.
 std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metadata);
+
+/// Bytes of a PNG file of what has been drawn.
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata);
 
 }  // namespace naturel

@@ -135,13 +135,13 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
     Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},
-                            {"file", view.file_stem + ".exr"},
+                            {"file", view.files.front()},
                             {"png_white_cd_m2", view.white_luminance_cd_m2},
                             {"png_exposure", name_of(exposure_modes, view.options.exposure.mode)},
                             {"png_tone_mapping", name_of(tone_mappings, view.options.tone_mapping)},
                             {"png_white_point", name_of(white_points, view.options.white_point)}});
-        files.push_back(view.file_stem + ".exr");
-        files.push_back(view.file_stem + ".png");
+        for (const std::string& file : view.files)
+            files.push_back(file);
     }
     return json_text({{"naturel", NATUREL_VERSION},
                     {"scene", scene_json(result.scene, result.options.scene)},

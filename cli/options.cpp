@@ -193,6 +193,25 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
         ->group(scene_group);
 
+    constexpr auto false_colour_group = "False colour (views/false_colour)";
+    add_choice(app, "--false-colour", options.false_colour.quantity, false_colour_quantities,
+               "draw what the views show in false colour, too")
+        ->default_str(std::string(name_of(false_colour_quantities, options.false_colour.quantity)))
+        ->group(false_colour_group);
+    add_choice(app, "--false-colour-scale", options.false_colour.scale, colour_scale_kinds, "of the colours")
+        ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
+        ->group(false_colour_group);
+    app.add_option("--false-colour-max", options.false_colour.maximum,
+                   "upper end of the scale, cd/m2 or lx; what 99 % of the pixels stay below unless given")
+        ->type_name("X")
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+    app.add_option("--contours", options.false_colour.contours, "values at which lines are drawn, parted by commas")
+        ->type_name("X,X,...")
+        ->delimiter(',')
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+
     constexpr auto light_group = "Interreflection";
     add_choice(app, "--irc", options.daylight.sensor_indirect, indirect_methods,
                "how interreflected light reaches sensors: mean of the patch, or gathered at the point")

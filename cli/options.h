@@ -7,8 +7,19 @@
 #include "cli/backends.h"
 #include "cli/exit_codes.h"
 #include "core/daylight.h"
+#include "core/false_colour.h"
 
 namespace naturel {
+
+/// What the false-colour pictures of the views show.
+enum class FalseColourQuantity { none, luminance, illuminance };
+
+struct FalseColour {
+    FalseColourQuantity quantity = FalseColourQuantity::none;
+    ColourScaleKind scale = ColourScaleKind::linear;
+    std::optional<double> maximum;  ///< default: round, and just above what 99 % of the pixels have
+    std::vector<double> contours;
+};
 
 /// `naturel run SCENE`
 struct RunOptions {
@@ -27,6 +38,8 @@ struct RunOptions {
     std::optional<Exposure> exposure;
     std::optional<ToneMapping> tone_mapping;
     std::optional<WhitePoint> white_point;
+
+    FalseColour false_colour;
 };
 
 /// `naturel check SCENE`

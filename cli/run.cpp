@@ -12,6 +12,7 @@
 #include "cli/choices.h"
 #include "cli/colour_notes.h"
 #include "cli/csv_writer.h"
+#include "cli/false_colour.h"
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
@@ -114,6 +115,34 @@ ImageMetadata image_metadata(const Result& result, const View& view) {
         {"naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad))}};
 }
 
+/// The view in false colour with a legend; PNG.
+std::string false_colour_png(const Result& result, const View& view, const Picture& picture, ImageMetadata metadata) {
+    const FalseColour& wanted = result.options.false_colour;
+    const bool luminance = wanted.quantity == FalseColourQuantity::luminance;
+    std::vector<double> field, known;
+    for (const Band3& band : luminance ? picture.luminance_cd_m2 : picture.illuminance_lx) {
+        field.push_back(result.primaries.luminous(band));
+        if (std::isfinite(field.back())) known.push_back(field.back());
+    }
+    std::optional<double> maximum = wanted.maximum;
+    if (!maximum && !known.empty()) {
+        // The window or a spot of sun would leave one colour to the rest of the room.
+        const auto place = known.begin() + static_cast<std::ptrdiff_t>((known.size() - 1) * 99 / 100);
+        std::nth_element(known.begin(), place, known.end());
+        maximum = round_maximum({&*place, 1});
+    }
+    const std::string unit = luminance ? "cd/m²" : "lx";
+    metadata.emplace_back("naturel:unit", luminance ? "cd/m2" : "lx");
+    return encode_png(draw_false_colour(field, view.width, view.height,
+                                        {.title = fmt::format("{}: {} in {}", view.id,
+                                                              luminance ? "luminance" : "illuminance of surfaces", unit),
+                                         .unit = unit,
+                                         .scale = wanted.scale,
+                                         .maximum = maximum,
+                                         .contours = wanted.contours}),
+                      metadata);
+}
+
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder,
                                      Progress& progress) {
     std::vector<WrittenView> written;
@@ -125,6 +154,11 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
         const ScreenPicture screen = map_to_screen(picture, result.primaries, view.picture,
                                                    result.solution.outdoors.sky_colour);
         ImageMetadata metadata = image_metadata(result, view);
+        std::vector<std::string> files{"views/" + stems[k] + ".exr", "views/" + stems[k] + ".png"};
+        if (result.options.false_colour.quantity != FalseColourQuantity::none) {
+            files.push_back("views/false_colour/" + stems[k] + ".png");
+            write_file(folder / files.back(), false_colour_png(result, view, picture, metadata));
+        }
         metadata.emplace_back("naturel:unit", "cd/m2");
         write_file(folder / "views" / (stems[k] + ".exr"), encode_exr(picture, result.primaries, metadata));
         metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", screen.white_luminance_cd_m2)};
@@ -132,7 +166,7 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
                               std::string(name_of(tone_mappings, view.picture.tone_mapping)));
         write_file(folder / "views" / (stems[k] + ".png"),
                    encode_png(screen, metadata));
-        written.push_back({view.id, "views/" + stems[k], screen.white_luminance_cd_m2, view.picture});
+        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture});
     }
     return written;
 }
@@ -238,6 +272,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
+        if (!scene.views.empty() && options.false_colour.quantity != FalseColourQuantity::none)
+            make_writable_folder(options.out / backend.name / "views" / "false_colour");
     }
     remove_results_of_earlier_run(options.out);
     for (const std::string& note : colour_notes(scene))
