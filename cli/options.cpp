@@ -202,7 +202,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
         ->group(false_colour_group);
     app.add_option("--false-colour-max", options.false_colour.maximum,
-                   "upper end of the scale, cd/m2 or lx; what 99 % of the pixels stay below unless given")
+                   "upper end of the scale, cd/m2 or lx; unless given a round value that leaves windows and sun spots above it")
         ->type_name("X")
         ->check(within(1e-6, 1e10))
         ->group(false_colour_group);

@@ -17,7 +17,7 @@ enum class FalseColourQuantity { none, luminance, illuminance };
 struct FalseColour {
     FalseColourQuantity quantity = FalseColourQuantity::none;
     ColourScaleKind scale = ColourScaleKind::linear;
-    std::optional<double> maximum;  ///< default: round, and just above what 99 % of the pixels have
+    std::optional<double> maximum;  ///< default: round, and at least what an automatic exposure would show as white
     std::vector<double> contours;
 };
 

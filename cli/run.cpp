@@ -125,11 +125,10 @@ std::string false_colour_png(const Result& result, const View& view, const Pictu
         if (std::isfinite(field.back())) known.push_back(field.back());
     }
     std::optional<double> maximum = wanted.maximum;
-    if (!maximum && !known.empty()) {
-        // The window or a spot of sun would leave one colour to the rest of the room.
-        const auto place = known.begin() + static_cast<std::ptrdiff_t>((known.size() - 1) * 99 / 100);
-        std::nth_element(known.begin(), place, known.end());
-        maximum = round_maximum({&*place, 1});
+    if (!maximum) {
+        // As for the automatic exposure: the window or a spot of sun would leave one colour to the rest of the room.
+        const double bright = white_luminance_cd_m2(std::move(known), {});
+        maximum = round_maximum({&bright, 1});
     }
     const std::string unit = luminance ? "cd/m²" : "lx";
     metadata.emplace_back("naturel:unit", luminance ? "cd/m2" : "lx");

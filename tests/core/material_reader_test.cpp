@@ -7,6 +7,7 @@
 #include "core/errors.h"
 #include "core/glazing.h"
 #include "core/scene_reader.h"
+#include "core/units.h"
 #include "tests/catch.h"
 
 using namespace naturel;
@@ -146,9 +147,9 @@ TEST_CASE("custom primaries and the colours of sky and sun are read", "[reader][
     CHECK(s.sun->colour.band.r > s.sun->colour.band.b);
     const Primaries primaries(s.primaries);
     const glm::dvec3 xyY = xyY_from_xyz(primaries.xyz(s.sun->colour.band));
-    const Chromaticity daylight = daylight_chromaticity(5000.0);
-    CHECK_THAT(xyY.x, WithinAbs(daylight.x, 1e-9));
-    CHECK_THAT(xyY.y, WithinAbs(daylight.y, 1e-9));
+    const Chromaticity locus = daylight_chromaticity(5000.0);
+    CHECK_THAT(xyY.x, WithinAbs(locus.x, 1e-9));
+    CHECK_THAT(xyY.y, WithinAbs(locus.y, 1e-9));
 }
 
 TEST_CASE("pictures take the options of their view before those of the scene", "[reader][picture]") {

@@ -1,5 +1,6 @@
 #include "core/spectrum.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -27,15 +28,15 @@ constexpr double printed = 0.5e-5 * 1.001;  // five decimals
 
 TEST_CASE("the tables in the program are those of the CIE", "[core][colour]") {
     const auto observer = tests::read_csv("cie1931_2deg_5nm.csv"), d65 = tests::read_csv("cie_d65_5nm.csv"),
-               daylight = tests::read_csv("cie_daylight_components_5nm.csv");
+               components = tests::read_csv("cie_daylight_components_5nm.csv");
     REQUIRE(observer.rows.size() == table_wavelengths);
     for (std::size_t k = 0; k < table_wavelengths; ++k) {
-        for (const auto* table : {&observer, &d65, &daylight})
+        for (const auto* table : {&observer, &d65, &components})
             CHECK(table->number(k, "wavelength_nm") == table_wavelength_nm(k));
         const glm::dvec3 xyz(observer.number(k, "xbar"), observer.number(k, "ybar"), observer.number(k, "zbar"));
         CHECK(cie_1931_observer[k] == xyz);
         CHECK(cie_d65[k] == d65.number(k, "relative_power"));
-        const glm::dvec3 s(daylight.number(k, "S0"), daylight.number(k, "S1"), daylight.number(k, "S2"));
+        const glm::dvec3 s(components.number(k, "S0"), components.number(k, "S1"), components.number(k, "S2"));
         CHECK(cie_daylight_components[k] == s);
     }
 }
