@@ -45,12 +45,14 @@ std::vector<dvec3> slab(std::vector<dvec3> polygon, const Height& height_of, dou
     return polygon;
 }
 
-// The two halves of a convex polygon, cut across its longest diagonal.
+// The two halves of a convex polygon, cut across its longest edge: pieces that are as wide as the whole, as a cut across the
+// diagonal leaves them, are rarely hidden by one body.
 std::array<std::vector<dvec3>, 2> halves(const std::vector<dvec3>& polygon) {
     dvec3 direction{};
-    for (const dvec3& a : polygon)
-        for (const dvec3& b : polygon)
-            if (glm::dot(b - a, b - a) > glm::dot(direction, direction)) direction = b - a;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const dvec3 edge = polygon[(k + 1) % polygon.size()] - polygon[k];
+        if (glm::dot(edge, edge) > glm::dot(direction, direction)) direction = edge;
+    }
     double low = infinity, high = -infinity;
     const auto position_of = [&](const dvec3& p) { return glm::dot(p - polygon[0], direction); };
     for (const dvec3& p : polygon) low = std::min(low, position_of(p)), high = std::max(high, position_of(p));
@@ -319,7 +321,7 @@ private:
 // A region in squares of some metres: the occluders near a square are few, and Clipper's cost grows faster than in
 // proportion to what it is given at once.
 std::vector<Region> tiles(const Region& region) {
-    constexpr double tile_nm = 2.5 * nanometres_per_metre;
+    constexpr double tile_nm = 4.0 * nanometres_per_metre;
     if (region.empty()) return {};
     ClipperLib::cInt left = region[0][0].X, right = left, bottom = region[0][0].Y, top = bottom;
     for (const Ring& ring : region) {
