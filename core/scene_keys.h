@@ -19,7 +19,7 @@ inline constexpr SceneObjectKeys scene{
     "scene",
     {"naturel", "materials", "sky"},
     {"$schema", "name", "description", "site", "ground", "polyhedra", "polygons", "apertures", "sun", "grid",
-     "direct", "primaries", "sensors", "views"}};
+     "direct", "outdoors", "primaries", "sensors", "views"}};
 inline constexpr SceneObjectKeys site{
     "site", {}, {"latitude_deg", "longitude_deg", "time_zone_h", "north_deg"}};
 inline constexpr SceneObjectKeys material{
@@ -28,7 +28,8 @@ inline constexpr SceneObjectKeys glazing{
     "glazing",
     {"normal_transmittance"},
     {"panes", "angular_law", "inner_reflectance", "maintenance", "frame"}};
-inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance"}};
+inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance", "shadows"}};
+inline constexpr SceneObjectKeys outdoors{"outdoors", {}, {"interreflections"}};
 inline constexpr SceneObjectKeys ground_colour{"ground_colour", {"xyY"}, {}};
 inline constexpr SceneObjectKeys polyhedron{
     "polyhedron", {"id", "kind", "effect", "vertices", "material"}, {"glazing", "faces"}};
@@ -48,7 +49,7 @@ inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m
 inline constexpr SceneObjectKeys view{
     "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height"}};
 
-inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour,
+inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour, outdoors,
                                 polyhedron, polygon, aperture,    sky,     sun,    grid,   refine,
                                 direct,     sensor,  sensor_grid, view};
 

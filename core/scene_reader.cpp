@@ -111,6 +111,7 @@ Colour read_xyY(const JsonValue& value, PrimariesName primaries_name) {
 
 Material read_surface(const std::string& name, const SceneObject& object, PrimariesName primaries) {
     Material material{.name = name};
+    if (!object.has("reflectance") && !object.has("xyY") && !object.has("rgb")) material.reflectance = {};
     if (const auto value = object.find("reflectance"))
         material.reflectance = grey(read_number(*value, reflectance_range));
     if (const auto value = object.find("xyY")) {
@@ -179,7 +180,9 @@ Names read_materials(const JsonValue& value, Scene& scene) {
         int descriptions = 0;
         for (const std::string_view kind : {"reflectance", "xyY", "rgb", "glazing"})
             descriptions += object.has(kind);
-        if (descriptions != 1) {
+        // A luminous surface need not reflect.
+        const bool only_emits = descriptions == 0 && object.has("exitance_lm_m2");
+        if (descriptions != 1 && !only_emits) {
             object.refuse(
                 fmt::format("{} of reflectance, xyY, rgb and glazing is given (exactly one is needed)",
                             descriptions == 0 ? "none" : "more than one"));
@@ -210,7 +213,15 @@ Ground read_ground(const JsonValue& value, PrimariesName primaries) {
         ground.reflectance = colour.reflectance;
         ground.desaturation = colour.desaturation;
     }
+    if (const auto shadows = object.find("shadows")) ground.shadows = read_boolean(*shadows);
     return ground;
+}
+
+OutdoorOptions read_outdoors(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::outdoors);
+    OutdoorOptions outdoors;
+    outdoors.interreflections = read_integer(object, "interreflections", {0, 100}, outdoors.interreflections);
+    return outdoors;
 }
 
 /// Number of a face named by role or by number from 1.
@@ -684,6 +695,7 @@ Scene read_document(const JsonDocument& document) {
     const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
     scene.north_rad = site.north_rad;
     if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, scene.primaries);
+    if (const auto outdoors = root.find("outdoors")) scene.outdoors = read_outdoors(*outdoors);
     if (const auto grid = root.find("grid")) scene.grid = read_grid(*grid);
     if (const auto direct = root.find("direct")) scene.direct = read_direct(*direct);
     const Names names = read_materials(root.at("materials"), scene);
