@@ -23,7 +23,7 @@ constexpr std::uint32_t none = AdaptiveScratch::none;
 constexpr double first_edge = 0.5;          // longest edge, as a chord of the unit sphere
 constexpr double first_share = 1.0 / 64.0;  // of the projected solid angle of all apertures together
 constexpr std::uint32_t extra_probes = 3;   // where other elements of the part see several things
-constexpr double least_share = 1.0 / 12.0;  // of that of a convex part of an aperture
+constexpr double least_share = 1.0 / 24.0;  // of that of a convex part of an aperture
 
 /// Near a bright spot elements are no longer than half their distance from it, down to this chord: 3 degrees.
 constexpr double spot_edge = 0.05;
@@ -140,11 +140,6 @@ public:
             estimate_changed();
             if (round_ == 0 && search_mixed_parts()) estimate_changed();
             ++round_;
-#ifdef NATUREL_TRACE
-            int u=0,w=0,c=0; double eu=0,ec=0,es=0,s=0; for (auto& e: mesh_.elements) { s+=e.mean_lx; es+=e.smooth_error_lx; if(e.form==Form::whole) ++w; else if(e.form==Form::cut) ++c, ec+=e.edge_error_lx*e.edge_error_lx; else ++u, eu+=e.edge_error_lx*e.edge_error_lx; }
-            int crowded=0; for (auto& e: mesh_.edges) crowded += e.crowded;
-            std::printf("round %u: elements %zu samples %zu whole %d cut %d unres %d  errors/E: smooth %.2g cut %.2g unres %.2g crowded %d E %.6g\n", round_, mesh_.elements.size(), mesh_.samples.size(), w,c,u, es/s, 2.6*std::sqrt(ec)/s, 2.6*std::sqrt(eu)/s, crowded, s);
-#endif
         } while (refine() && (look(), true));
         SkyAndOutdoors sum;
         for (const ApertureElement& element : mesh_.elements) sum.add(element.value);

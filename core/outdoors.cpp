@@ -31,12 +31,14 @@ struct OutdoorNode {
     double sun_share = 0.0;  ///< of the sun's light, mean of the patches around
 };
 
+constexpr std::size_t no_node = ~std::size_t{0};
+
 struct OutdoorNodes {
     std::vector<OutdoorNode> nodes;
-    std::vector<std::size_t> node_of_corner;  ///< [corners of outdoor patches]
+    std::vector<std::size_t> node_of_corner;  ///< [corner_positions_m]; no_node: not of an outdoor patch
 };
 
-OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid, std::size_t first_corner) {
+OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid) {
     struct Corner {
         FaceId face;
         std::array<std::int64_t, 3> place_um;
@@ -54,7 +56,7 @@ OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid, std::si
         return std::tie(a.face, a.place_um, a.corner) < std::tie(b.face, b.place_um, b.corner);
     });
     OutdoorNodes found;
-    found.node_of_corner.resize(corners.size());
+    found.node_of_corner.resize(grid.corner_positions_m.size(), no_node);
     for (std::size_t i = 0; i < corners.size();) {
         const glm::dvec3 at = grid.corner_positions_m[corners[i].corner];
         glm::dvec3 inwards{};
@@ -62,7 +64,7 @@ OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid, std::si
         for (; end < corners.size() && corners[end].face == corners[i].face && corners[end].place_um == corners[i].place_um; ++end) {
             const glm::dvec3 to_centroid = grid.patches[corners[end].patch].centroid_m - at;
             inwards += std::min(0.1, inwards_m / std::max(1e-12, glm::length(to_centroid))) * to_centroid;
-            found.node_of_corner[corners[end].corner - first_corner] = found.nodes.size();
+            found.node_of_corner[corners[end].corner] = found.nodes.size();
         }
         const glm::dvec3& normal = building.faces[index(corners[i].face)].normal;
         found.nodes.push_back({corners[i].face, {at + inwards, normal}});
@@ -87,6 +89,7 @@ OutdoorIlluminance gather_open_air(const OutdoorLight& light, const Building& bu
 }
 
 /// A place beside a patch, by rounding or because it was taken from the edge of a facet, drawn to its outline.
+/// Interpolation weights lose their digits closer to an edge than some 1e-7 of it.
 glm::dvec3 drawn_inside(std::span<const glm::dvec3> polygon, const Patch& patch, const glm::dvec3& place) {
     double share = 1.0;
     for (std::size_t k = 0; k < polygon.size(); ++k) {
@@ -94,7 +97,7 @@ glm::dvec3 drawn_inside(std::span<const glm::dvec3> polygon, const Patch& patch,
         const double height = glm::dot(inwards, place - polygon[k]), centre = glm::dot(inwards, patch.centroid_m - polygon[k]);
         if (height < 0.0 && centre > 0.0) share = std::min(share, centre / (centre - height));
     }
-    return patch.centroid_m + (1.0 - 1e-9) * share * (place - patch.centroid_m);
+    return patch.centroid_m + (1.0 - 1e-5) * share * (place - patch.centroid_m);
 }
 
 /// Lights ground and faces, pass by pass.
@@ -104,8 +107,7 @@ public:
                     Progress& progress, OutdoorLight& light)
         : scene_(scene), building_(building), grid_(grid), visibility_(visibility), progress_(progress), light_(light),
           first_patch_(grid.gather_patch_count) {
-        if (first_patch_ < grid.patches.size()) light_.first_corner = grid.patches[first_patch_].first_corner;
-        faces_ = find_nodes(building, grid, light_.first_corner);
+        faces_ = find_nodes(building, grid);
         light_.corner_luminance_cd_m2.resize(faces_.node_of_corner.size());
         light_.patch_luminance_cd_m2.resize(grid.patches.size());
         if (scene.ground.shadows) {
@@ -130,7 +132,7 @@ public:
             const Patch& patch = grid_.patches[p];
             LightBySource sum;
             for (std::size_t k = 0; k < patch.corner_count; ++k)
-                sum += light_.corner_luminance_cd_m2[patch.first_corner - light_.first_corner + k];
+                sum += light_.corner_luminance_cd_m2[patch.first_corner + k];
             light_.patch_luminance_cd_m2[p] = 1.0 / patch.corner_count * sum;
         }
     }
@@ -142,7 +144,7 @@ private:
 
     void spread_to_corners() {
         for (std::size_t k = 0; k < faces_.node_of_corner.size(); ++k)
-            light_.corner_luminance_cd_m2[k] = node_luminance_[faces_.node_of_corner[k]];
+            if (faces_.node_of_corner[k] != no_node) light_.corner_luminance_cd_m2[k] = node_luminance_[faces_.node_of_corner[k]];
     }
 
     /// The share of each patch that the sun reaches, judged in one place for each of its sides; the nodes take the mean of their
@@ -165,7 +167,7 @@ private:
         for (std::size_t i = 0; i < share.size(); ++i) {
             const Patch& patch = grid_.patches[first_patch_ + i];
             for (std::size_t k = 0; k < patch.corner_count; ++k) {
-                const std::size_t n = faces_.node_of_corner[patch.first_corner - light_.first_corner + k];
+                const std::size_t n = faces_.node_of_corner[patch.first_corner + k];
                 faces_.nodes[n].sun_share += patch.area_m2 * share[i];
                 area[n] += patch.area_m2;
             }
@@ -297,7 +299,7 @@ LightBySource outdoor_luminance(const OutdoorLight& light, const Building& build
     grid.interpolation_weights(id, drawn_inside(grid.polygon_of(id), patch, place), {weights.data(), patch.corner_count});
     LightBySource sum;
     for (std::size_t k = 0; k < patch.corner_count; ++k)
-        sum += weights[k] * light.corner_luminance_cd_m2[patch.first_corner - light.first_corner + k];
+        sum += weights[k] * light.corner_luminance_cd_m2[patch.first_corner + k];
     return sum;
 }
 

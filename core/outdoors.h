@@ -21,9 +21,7 @@ struct OutdoorLight {
     LightBySource ground_luminance_cd_m2{};   ///< of open ground
     std::vector<LightBySource> patch_luminance_cd_m2{};  ///< [patch], means; filled for outdoor patches only
 
-    /// The same at each corner of the outdoor patches: [k] belongs to grid.corner_positions_m[first_corner + k].
-    std::vector<LightBySource> corner_luminance_cd_m2{};
-    std::size_t first_corner = 0;
+    std::vector<LightBySource> corner_luminance_cd_m2{};  ///< the same at their corners, [grid.corner_positions_m]
 
     /// Luminance of the ground near buildings, at the nodes of a lattice; empty where nothing shades the ground.
     GroundLattice ground_lattice{};

@@ -373,38 +373,3 @@ TEST_CASE("99 of 100 hard points are within the tolerance of direct light", "[di
 TEST_CASE("99 of 100 of many hard points are within any tolerance of direct light", "[direct][accuracy][slow]") {
     check_families(200, {1e-2, 1e-3, 1e-4}, true);
 }
-
-TEST_CASE("dbg", "[.dbg]") {
-    for (const std::uint64_t seed : {118u, 12u, 81u}) {
-        Dice dice(seed);
-        HardCase hard = families[7].make(dice);
-        std::vector<PreparedCase> cases;
-        for (auto& c : prepare(families[7], seed + 1)) if (c.seed == seed) cases.push_back(std::move(c));
-        const Scene& scene = cases[0].hard.scene;
-        const CountedVisibility visibility(cases[0].building);
-        NoProgress progress;
-        const OutdoorLight outdoors = light_outdoors(scene, cases[0].building, cases[0].grid, visibility, progress);
-        const ApertureLight light(scene, cases[0].building, cases[0].grid, outdoors);
-        Scene tight = scene; tight.direct.tolerance = 1e-4;
-        const DirectLight direct(tight, cases[0].building, cases[0].grid, outdoors, visibility);
-        const auto found = direct.without_sun(cases[0].hard.point);
-        double sky = 0, out = 0;
-        const GatherPoint p = cases[0].hard.point;
-        std::printf("seed %d point %g %g %g\n", (int)seed, p.position_m.x, p.position_m.y, p.position_m.z);
-        for (std::size_t a = 0; a < scene.apertures.size(); ++a) {
-            const auto& v = scene.apertures[a].vertices_m;
-            double asky = 0, aout = 0;
-            for (int i = 0; i < 600; ++i) for (int j = 0; j < 600; ++j) {
-                const dvec3 q = v[0] + (i + .5) / 600 * (v[1] - v[0]) + (j + .5) / 600 * (v[3] - v[0]);
-                const dvec3 r = q - p.position_m; const double r2 = glm::dot(r, r); const dvec3 d = r / std::sqrt(r2);
-                const double w = std::max(0.0, glm::dot(p.normal, d)) * d.y / r2 * glm::length(v[1]-v[0]) * glm::length(v[3]-v[0]) / 360000;
-                FacetId seen{}; visibility.first_seen(p, {&d, 1}, {&seen, 1});
-                const auto l = light.along(p.position_m, d, seen, a);
-                asky += w * l.sky.g; aout += w * l.outdoor.total().g;
-            }
-            std::printf("  aperture %zu: dense sky %.6g out %.6g\n", a, asky, aout);
-            sky += asky, out += aout;
-        }
-        std::printf("  expected %.6g dense %.6g (sky %.6g out %.6g) found sky %.6g out %.6g\n", cases[0].expected_lx, sky + out, sky, out, found.sky_lx.g, found.outdoor_lx.total().g);
-    }
-}
