@@ -43,7 +43,8 @@ constexpr double confidence = 2.6;
 constexpr double negligible_share = 0.01;
 
 /// Work ends here even if the tolerance is not met.
-constexpr std::size_t max_samples = 32768;
+constexpr std::size_t max_samples = 16384;
+constexpr std::uint32_t max_rounds = 10;  // elements are then 1/1000 as long: finer than rounding of rays leaves edges
 constexpr std::size_t samples_per_division = 9;  // at most: three new edges inside and six halves
 
 /// Apertures closer than this are in the plane of the point: 10 times finer than what lifts sensors off surfaces.
@@ -449,10 +450,12 @@ private:
         mesh_.crossed.erase(std::unique(mesh_.crossed.begin(), mesh_.crossed.end()), mesh_.crossed.end());
         while (!mesh_.crossed.empty() && mesh_.samples.size() + 3 * mesh_.crossed.size() <= max_samples) {
             mesh_.order.clear();  // sample by sample, the edge
+            shares_.clear();
             auto& kept = mesh_.crossed;
             std::size_t write = 0;
             for (const std::uint32_t id : kept) {
                 const Edge& edge = mesh_.edges[id];
+                if (edge.crowded) continue;  // could not take down what it learns
                 bool wide = false;
                 for (std::uint32_t k = 1; k < edge.point_count; ++k) {
                     const EdgePoint low = edge.points[k - 1], high = edge.points[k];
@@ -818,7 +821,7 @@ private:
         const double unobstructed = all_parts_sr_ * light_.outdoors().horizontal_illuminance().value / pi;
         const double allowed = tolerance_ * std::max(sum, negligible_share * unobstructed);
         const auto total = [&] { return smooth_error + confidence * std::sqrt(std::max(0.0, squared_edge_error)); };
-        if (!(total() > allowed)) return false;
+        if (!(total() > allowed) || round_ >= max_rounds) return false;
 
         // The smallest errors that together use up part of what is allowed can stay as they are.
         const auto error_of = [&](std::uint32_t i) {

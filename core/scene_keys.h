@@ -19,7 +19,7 @@ inline constexpr SceneObjectKeys scene{
     "scene",
     {"naturel", "materials", "sky"},
     {"$schema", "name", "description", "site", "ground", "polyhedra", "polygons", "apertures", "sun", "grid",
-     "direct", "outdoors", "primaries", "sensors", "views"}};
+     "direct", "primaries", "sensors", "views", "outdoors"}};
 inline constexpr SceneObjectKeys site{
     "site", {}, {"latitude_deg", "longitude_deg", "time_zone_h", "north_deg"}};
 inline constexpr SceneObjectKeys material{
