@@ -52,6 +52,8 @@ FittedBands read_xyY(const JsonValue& value, const Primaries& primaries) {
 Material read_surface(const std::string& name, const SceneObject& object, const Primaries& primaries,
                       SideFiles& files) {
     Material material{.name = name};
+    if (!object.has("reflectance") && !object.has("xyY") && !object.has("rgb") && !object.has("spectral_reflectance"))
+        material.reflectance = {};
     const auto take = [&](const FittedBands& fitted) {
         material.reflectance = fitted.band;
         material.desaturation = fitted.desaturation;
@@ -234,7 +236,9 @@ MaterialNames read_materials(const JsonValue& value, SideFiles& files, Scene& sc
         int descriptions = 0;
         for (const std::string_view kind : {"reflectance", "xyY", "rgb", "spectral_reflectance", "glazing"})
             descriptions += object.has(kind);
-        if (descriptions != 1) {
+        // A luminous surface need not reflect.
+        const bool only_emits = descriptions == 0 && object.has("exitance_lm_m2");
+        if (descriptions != 1 && !only_emits) {
             object.refuse(
                 fmt::format("{} of reflectance, xyY, rgb, spectral_reflectance and glazing is given (exactly one is needed)",
                             descriptions == 0 ? "none" : "more than one"));
@@ -265,6 +269,7 @@ Ground read_ground(const JsonValue& value, const Primaries& primaries) {
         ground.reflectance = colour.band;
         ground.desaturation = colour.desaturation;
     }
+    if (const auto shadows = object.find("shadows")) ground.shadows = read_boolean(*shadows);
     return ground;
 }
 

@@ -111,6 +111,12 @@ struct Ground {
     double z_m = 0.0;
     Band3 reflectance = grey(0.2);
     Desaturation desaturation{};
+    bool shadows = false;  ///< buildings shade the ground around them, and light it
+};
+
+/// How light goes on between ground and buildings.
+struct OutdoorOptions {
+    int interreflections = 0;  ///< passes after the first reflection
 };
 
 enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
@@ -212,6 +218,7 @@ struct Scene {
     std::vector<Material> materials{};
     std::vector<Glazing> glazings{};
     Ground ground{};
+    OutdoorOptions outdoors{};
     std::vector<Polyhedron> polyhedra{};  ///< in the order they are applied
     std::vector<SurfacePolygon> polygons{};
     std::vector<AperturePolygon> apertures{};

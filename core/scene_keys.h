@@ -19,7 +19,7 @@ inline constexpr SceneObjectKeys scene{
     "scene",
     {"naturel", "materials", "sky"},
     {"$schema", "name", "description", "site", "ground", "polyhedra", "polygons", "apertures", "sun", "grid",
-     "direct", "primaries", "sensors", "views", "picture"}};
+     "direct", "primaries", "sensors", "views", "picture", "outdoors"}};
 inline constexpr SceneObjectKeys site{
     "site", {}, {"latitude_deg", "longitude_deg", "time_zone_h", "north_deg"}};
 inline constexpr SceneObjectKeys material{
@@ -33,7 +33,8 @@ inline constexpr SceneObjectKeys glazing{
 inline constexpr SceneObjectKeys spectrum_file{"spectrum_file", {"file"}, {"column"}};
 inline constexpr SceneObjectKeys light_colour{"light_colour", {}, {"cct_k", "xy"}};
 inline constexpr SceneObjectKeys custom_primaries{"custom_primaries", {"red", "green", "blue"}, {}};
-inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance"}};
+inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance", "shadows"}};
+inline constexpr SceneObjectKeys outdoors{"outdoors", {}, {"interreflections"}};
 inline constexpr SceneObjectKeys ground_colour{"ground_colour", {"xyY"}, {}};
 inline constexpr SceneObjectKeys polyhedron{
     "polyhedron", {"id", "kind", "effect", "vertices", "material"}, {"glazing", "faces"}};
@@ -55,7 +56,7 @@ inline constexpr SceneObjectKeys view{
 inline constexpr SceneObjectKeys picture{"picture", {}, {"exposure", "tone_mapping", "white_point"}};
 inline constexpr SceneObjectKeys exposure{"exposure", {}, {"white_cd_m2", "ev100", "percentile"}};
 
-inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour,
+inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour, outdoors,
                                 polyhedron, polygon, aperture,    sky,     sun,    grid,   refine,
                                 direct,     sensor,  sensor_grid, view,    spectrum_file, light_colour,
                                 custom_primaries, picture, exposure};

@@ -44,6 +44,13 @@ private:
     std::unordered_set<std::string> seen_;
 };
 
+OutdoorOptions read_outdoors(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::outdoors);
+    OutdoorOptions outdoors;
+    outdoors.interreflections = read_integer(object, "interreflections", {0, 100}, outdoors.interreflections);
+    return outdoors;
+}
+
 /// Number of a face named by role or by number from 1.
 std::size_t read_face(const JsonValue& key, PolyhedronKind kind) {
     const std::vector<std::string_view> roles = face_roles(kind);
@@ -516,6 +523,7 @@ Scene read_document(const JsonDocument& document, SideFiles& files) {
     const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
     scene.north_rad = site.north_rad;
     if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, primaries);
+    if (const auto outdoors = root.find("outdoors")) scene.outdoors = read_outdoors(*outdoors);
     if (const auto grid = root.find("grid")) scene.grid = read_grid(*grid);
     if (const auto direct = root.find("direct")) scene.direct = read_direct(*direct);
     const MaterialNames names = read_materials(root.at("materials"), files, scene);

@@ -28,7 +28,8 @@ struct Outdoors {
     LightBySource seen(const glm::dvec3& from_m, const glm::dvec3& direction, bool* is_sky = nullptr) const {
         FacetId facet{};
         visibility.first_seen({from_m, direction}, {&direction, 1}, {&facet, 1});
-        return outdoor_luminance(light, building, grid, from_m, direction, facet, is_sky);
+        if (is_sky) *is_sky = outdoor_source(building, direction, facet) == OutdoorSource::sky;
+        return outdoor_luminance(light, building, grid, from_m, direction, facet);
     }
 
     Scene scene;
