@@ -32,7 +32,13 @@ inline constexpr std::array projection_surfaces{
 inline constexpr std::array cell_spacings{
     Choice{CellSpacing::equal_solid_angle, "equal_solid_angle"},
     Choice{CellSpacing::equal_form_factor, "equal_form_factor"},
+    Choice{CellSpacing::equal_plane_angle, "equal_plane_angle"},
     Choice{CellSpacing::uniform, "uniform"},
+};
+inline constexpr std::array rim_shares{
+    Choice{RimShare::left_out, "left_out"},
+    Choice{RimShare::renormalised, "renormalised"},
+    Choice{RimShare::strip, "strip"},
 };
 inline constexpr std::array direct_methods{
     Choice{DirectMethod::article, "article"},
