@@ -74,6 +74,7 @@ public:
             const double w0 = 2.0 * h1 + h0, w1 = h1 + 2.0 * h0;
             slope_[k] = (w0 + w1) / (w0 / before + w1 / after);
         }
+        // Absorption flattens the end of the law: a parabola through the last samples is further from it than a line.
         slope_[last] = secant(last - 1);
     }
 
@@ -82,8 +83,9 @@ public:
         const auto k = static_cast<std::size_t>(above - x_.begin()) - 1;
         const double h = x_[k + 1] - x_[k];
         const double t = std::clamp((x - x_[k]) / h, 0.0, 1.0);
-        return y_[k] + t * (h * slope_[k] + t * (3.0 * (y_[k + 1] - y_[k]) - h * (2.0 * slope_[k] + slope_[k + 1]) +
+        const double y = y_[k] + t * (h * slope_[k] + t * (3.0 * (y_[k + 1] - y_[k]) - h * (2.0 * slope_[k] + slope_[k + 1]) +
                                                  t * (2.0 * (y_[k] - y_[k + 1]) + h * (slope_[k] + slope_[k + 1]))));
+        return std::clamp(y, std::min(y_[k], y_[k + 1]), std::max(y_[k], y_[k + 1]));  // rounding
     }
 
 private:

@@ -131,7 +131,7 @@ TEST_CASE("a fault in a spectrum's file is told with its line and column", "[rea
     CHECK(says(complaint_about("nm,t\n390,0.5\n380,0.5\n"), at + ":3:1: the wavelength 380 nm does not follow 390 nm"));
     CHECK(says(complaint_about("nm,t\n380,0.5\n390\n"), at + ":3:1: the line has 1 cells (2 as in the first line would be right)"));
     CHECK(says(complaint_about("nm,t\n450,0.5\n780,0.5\n"), "the spectrum reaches from 450 to 780 nm (it must cover 400 to 700 nm)"));
-    CHECK(says(complaint_about("nm,t\n380,0.5\n780,0.5\n", "tt"), "there is no column \"tt\" in \"s.csv\" (did you mean \"t\"?)"));
+    CHECK(says(complaint_about("nm,t\n380,0.5\n780,0.5\n", "tt"), "there is no column \"tt\" in \"s.csv\" (known: \"t\")"));
     CHECK(says(complaint_about(""), "the spectrum is empty"));
     CHECK(says(complaint(R"("m": {"spectral_reflectance": {"file": "none.csv"}})", folder.scene_file()),
                "/materials/m/spectral_reflectance/file: there is no file \"none.csv\""));

@@ -418,6 +418,7 @@ TEST_CASE("the shipped scenes assemble to the rooms that scenes/README.md descri
     // 0.3. The office: the room and reveals without pillar, desk and cupboard.
     const std::map<std::string, Expected> expected{
         {"test_room.json", {56 + 0.48, {{"window", 2.4}}}},
+        {"colour_chart.json", {16.8 - 24 * 0.2 * 0.2 * 0.01, {}}},
         {"test_room_coloured.json", {56 + 0.48, {{"window", 2.4}}}},
         {"furnished_office.json",
          {84 + 2 * 0.72 - 0.448 - 0.0512 - 2 * 0.02272 - 1.512,

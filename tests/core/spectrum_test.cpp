@@ -102,21 +102,23 @@ TEST_CASE("glass in steps of 10 nm gets the tabulated bands", "[core][physics][c
     const auto bands = tests::read_csv("glazing_bands.csv");
     const auto phosphors = tests::read_csv("crt_phosphor_spectra_5nm.csv");
     REQUIRE(bands.rows.size() == 9);
+    // The 41 transmittances have five decimals as well: 5e-6 / sqrt(3 x 41) on average, times at most 5.3 for the bands.
+    constexpr double rounded = printed + 2.4e-6;
     const Primaries srgb(PrimariesName::srgb), p22(PrimariesName::p22);
     for (std::size_t row = 0; row < bands.rows.size(); ++row) {
         INFO(bands.text(row, "glazing"));
         const Spectrum spectrum = column(spectra, "T_" + bands.text(row, "glazing"));
         const glm::dvec3 xyz = xyz_under_d65(spectrum), xyY = xyY_from_xyz(xyz);
-        CHECK_THAT(xyz.y, WithinAbs(bands.number(row, "tau_v_D65"), printed));
-        CHECK_THAT(xyY.x, WithinAbs(bands.number(row, "x_D65"), printed));
-        CHECK_THAT(xyY.y, WithinAbs(bands.number(row, "y_D65"), printed));
-        CHECK_THAT(spectrum.at(550.0), WithinAbs(bands.number(row, "T_550nm"), printed));
+        CHECK_THAT(xyz.y, WithinAbs(bands.number(row, "tau_v_D65"), rounded));
+        CHECK_THAT(xyY.x, WithinAbs(bands.number(row, "x_D65"), rounded));
+        CHECK_THAT(xyY.y, WithinAbs(bands.number(row, "y_D65"), rounded));
+        CHECK_THAT(spectrum.at(550.0), WithinAbs(bands.number(row, "T_550nm"), rounded));
         for (const auto& [primaries, suffix] : {std::pair{&srgb, std::string("srgb")}, {&p22, std::string("p22")}}) {
             const FittedBands fitted = bands_from_spectrum(*primaries, spectrum, 1.0);
             CHECK(fitted.desaturation.saturation_kept == 1.0);
-            CHECK_THAT(fitted.band.r, WithinAbs(bands.number(row, "tauR_" + suffix), printed));
-            CHECK_THAT(fitted.band.g, WithinAbs(bands.number(row, "tauG_" + suffix), printed));
-            CHECK_THAT(fitted.band.b, WithinAbs(bands.number(row, "tauB_" + suffix), printed));
+            CHECK_THAT(fitted.band.r, WithinAbs(bands.number(row, "tauR_" + suffix), rounded));
+            CHECK_THAT(fitted.band.g, WithinAbs(bands.number(row, "tauG_" + suffix), rounded));
+            CHECK_THAT(fitted.band.b, WithinAbs(bands.number(row, "tauB_" + suffix), rounded));
         }
         // The alternative that naturel does not take, for what it is worth: weights phosphor x luminosity.
         for (const std::string band : {"R", "G", "B"}) {
@@ -125,7 +127,7 @@ TEST_CASE("glass in steps of 10 nm gets the tabulated bands", "[core][physics][c
                 const double weight = phosphors.number(k, band) * cie_1931_observer[k].y;
                 all += weight, through += weight * spectrum.at(table_wavelength_nm(k));
             }
-            CHECK_THAT(through / all, WithinAbs(bands.number(row, "tau" + band + "_phosphorV"), printed));
+            CHECK_THAT(through / all, WithinAbs(bands.number(row, "tau" + band + "_phosphorV"), rounded));
         }
     }
 }
