@@ -32,6 +32,8 @@ Json options_json(const Result& result) {
                  {"outdoor_grid_spacing_m", scene.grid.outdoor_spacing_m},
                  {"direct_method", name_of(direct_methods, scene.direct.method)},
                  {"direct_tolerance", scene.direct.tolerance},
+                 {"ground_shadows", scene.ground.shadows},
+                 {"outdoor_interreflections", scene.outdoors.interreflections},
                  {"primaries", primaries_json(scene.primaries)},
                  {"sensor_irc", name_of(indirect_methods, daylight.sensor_indirect)},
                  {"node_irc", name_of(indirect_methods, daylight.node_indirect)},
@@ -114,8 +116,8 @@ std::vector<std::string> assumptions(const Scene& scene) {
     std::vector<std::string> list{
     "Every opaque surface reflects diffusely (Lambert), glazing transmits without scattering.",
     light_colour_note(scene),
-    "The ground is an infinite diffuse plane lit by the unobstructed sky and sun.",
-    "Outdoor surfaces reflect once; light from indoors does not reach them.",
+    "The ground is an infinite diffuse plane, lit by the unobstructed sky and sun unless ground_shadows is set.",
+    "Outdoor surfaces reflect once and then as often as outdoor_interreflections says; light from indoors does not reach them.",
     "The daylight factor counts light from the sky alone, reflected light included; the sun is left out on "
     "both sides.",
     "Photometric values are the CIE luminance of the three bands in the primaries named under options.",
