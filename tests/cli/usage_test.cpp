@@ -62,7 +62,7 @@ TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cl
                   "from 0 to 18446744073709551615");
     check_failure(run_naturel({"run", "room.json", "--rays", "100000001"}), 2, "from 1 to 100000000");
     check_failure(run_naturel({"run", "room.json", "--rays-per-point", "100000001"}), 2, "from 1 to 100000000");
-    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.49"}), 2, "its rim");
+    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.09"}), 2, "its rim");
     check_failure(run_naturel({"run", "room.json", "--irc", "guess"}), 2,
                   "unknown word \"guess\" (known: patch, gather)");
     check_failure(run_naturel({"run", "room.json", "--colour"}), 2, "--colour");
