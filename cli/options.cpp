@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/picture_reader.h"
 
 namespace naturel {
 namespace {
@@ -115,6 +116,27 @@ CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
         ->check(within(1e-3, 1e3));
 }
 
+/// "auto", or a way to expose and its value: "white=500".
+CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
+    const auto take = [&exposure](const std::string& text) {
+        const std::size_t sign = std::min(text.find('='), text.size());
+        const auto way = std::ranges::find(exposure_modes, text.substr(0, sign), &Choice<ExposureMode>::name);
+        double value = 0.0;
+        const bool plain = sign == text.size();
+        if (way == exposure_modes.end() || plain != (way->value == ExposureMode::automatic) ||
+            (!plain && !CLI::detail::lexical_cast(text.substr(sign + 1), value)))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is not an exposure (auto, white=CD_M2, ev100=EV or percentile=PERCENT)", text));
+        const Range range = exposure_range(way->value);
+        if (!(value >= range.low && value <= range.high))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is out of range ({} would be right)", text, range.words()));
+        exposure = Exposure{way->value, value};
+    };
+    return app.add_option_function<std::string>("--exposure", take, "luminance shown as white in PNG files")
+        ->type_name("auto|white=CD_M2|ev100=EV|percentile=PERCENT");
+}
+
 void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_scene(app, options.scene);
     app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
@@ -152,6 +174,31 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->type_name("X")
         ->check(within(1e-6, 0.5))
         ->group(scene_group);
+
+    add_exposure(app, options.exposure)->group(scene_group);
+    add_choice(app, "--tone-mapping", options.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
+        ->group(scene_group);
+    add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
+        ->group(scene_group);
+
+    constexpr auto false_colour_group = "False colour (views/false_colour)";
+    add_choice(app, "--false-colour", options.false_colour.quantity, false_colour_quantities,
+               "draw what the views show in false colour, too")
+        ->default_str(std::string(name_of(false_colour_quantities, options.false_colour.quantity)))
+        ->group(false_colour_group);
+    add_choice(app, "--false-colour-scale", options.false_colour.scale, colour_scale_kinds, "of the colours")
+        ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
+        ->group(false_colour_group);
+    app.add_option("--false-colour-max", options.false_colour.maximum,
+                   "upper end of the scale, cd/m2 or lx; unless given a round value that leaves windows and sun spots above it")
+        ->type_name("X")
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+    app.add_option("--contours", options.false_colour.contours, "values at which lines are drawn, parted by commas")
+        ->type_name("X,X,...")
+        ->delimiter(',')
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
 
     constexpr auto light_group = "Interreflection";
     add_choice(app, "--irc", options.daylight.sensor_indirect, indirect_methods,

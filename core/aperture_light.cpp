@@ -130,7 +130,7 @@ Band3 ApertureLight::sun_lx(const GatherPoint& point, const Visibility& visibili
     FacetId seen{};
     visibility.first_seen(point, {&sun, 1}, {&seen, 1});
     if (seen != FacetId::none) return {};
-    return (outdoors_.direct_normal_illuminance_lx * cos_incidence) * transmittance;
+    return (outdoors_.direct_normal_illuminance_lx * cos_incidence) * (outdoors_.sun_colour * transmittance);
 }
 
 }  // namespace naturel

@@ -29,10 +29,10 @@ std::array<glm::dvec3, direction_count> cosine_weighted_directions() {
     return directions;
 }
 
-LightBySource ground_luminance(const Ground& ground, const Sky& sky, double direct_normal_illuminance_lx,
-                               const glm::dvec3& sun_direction) {
-    const double sun_lx = direct_normal_illuminance_lx * sun_direction.z;
-    return {(sky.horizontal_illuminance().value / pi) * ground.reflectance, (sun_lx / pi) * ground.reflectance};
+LightBySource ground_luminance(const Ground& ground, const OutdoorLight& light) {
+    const double sun_lx = light.direct_normal_illuminance_lx * light.sun_direction.z;
+    return {(light.sky.horizontal_illuminance().value / pi) * (light.sky_colour * ground.reflectance),
+            (sun_lx / pi) * (light.sun_colour * ground.reflectance)};
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ LightBySource outdoor_luminance(const OutdoorLight& light, const Building& build
     if (is_sky) *is_sky = seen == FacetId::none && direction.z >= 0.0;
     if (seen == FacetId::none) {
         if (direction.z < 0.0) return light.ground_luminance_cd_m2;
-        return {grey(light.sky.luminance(direction).value), {}};
+        return {light.sky.luminance(direction).value * light.sky_colour, {}};
     }
     const Facet& facet = building.facets[index(seen)];
     const double slope = glm::dot(facet.normal, direction);
@@ -80,7 +80,8 @@ OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building
     if (light.direct_normal_illuminance_lx > 0.0 && cos_sun > 0.0) {
         FacetId towards_sun{};
         visibility.first_seen(point, {&light.sun_direction, 1}, {&towards_sun, 1});
-        if (towards_sun == FacetId::none) sum.sun_lx = grey(light.direct_normal_illuminance_lx * cos_sun);
+        if (towards_sun == FacetId::none) 
+            sum.sun_lx = (light.direct_normal_illuminance_lx * cos_sun) * light.sun_colour;
     }
     return sum;
 }
@@ -95,8 +96,10 @@ OutdoorLight light_outdoors(const Scene& scene, const Building& building, const 
     OutdoorLight light{.sky = sky,
                        .sun_direction = sun_direction,
                        .direct_normal_illuminance_lx = direct_normal_lx,
-                       .ground_luminance_cd_m2 = ground_luminance(scene.ground, sky, direct_normal_lx, sun_direction),
+                       .sky_colour = scene.sky.colour.band,
+                       .sun_colour = sun.colour.band,
                        .patch_luminance_cd_m2 = std::vector<LightBySource>(grid.patches.size())};
+    light.ground_luminance_cd_m2 = ground_luminance(scene.ground, light);
 
     // While the patches are being lit they see each other dark: one reflection.
     std::vector<LightBySource> luminance(grid.patches.size());

@@ -28,6 +28,8 @@ struct OutdoorLight {
     Sky sky;
     glm::dvec3 sun_direction{0, 0, 1};        ///< unit, towards the sun
     double direct_normal_illuminance_lx = 0;  ///< 0 when there is no sun or it is below the horizon
+    Band3 sky_colour = grey(1.0);             ///< bands of sky light of luminance 1
+    Band3 sun_colour = grey(1.0);             ///< the same of the sun
     LightBySource ground_luminance_cd_m2{};
     std::vector<LightBySource> patch_luminance_cd_m2{};  ///< [patch], filled for outdoor patches only
 
