@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/sky_models.h"
+#include "core/picture_reader.h"
 
 namespace naturel {
 namespace {
@@ -57,9 +59,9 @@ CLI::Validator ray_count() {
 }
 
 /// A square of half side d at height h catches (4 / pi) s atan(s) of the view, s = (d/h) / sqrt(1 + (d/h)^2):
-/// 24 % at d/h = 0.5.
+/// 1.3 % at d/h = 0.1.
 CLI::Validator half_side() {
-    constexpr double least = 0.5, most = 1e4;
+    constexpr double least = 0.1, most = 1e4;
     return CLI::Validator(
         [=](std::string& text) {
             double value = 0.0;
@@ -69,18 +71,6 @@ CLI::Validator half_side() {
                              "\"{}\" is not a number from {} to {} (on a smaller plane its rim would hold most "
                              "of the view)",
                              text, least, most);
-        },
-        "", "");
-}
-
-/// Cells along a side come in pairs, so that the centre of the square is a corner of four cells.
-CLI::Validator even() {
-    return CLI::Validator(
-        [](std::string& text) {
-            int value = 0;
-            return CLI::detail::lexical_cast(text, value) && value % 2 == 0
-                       ? std::string()
-                       : fmt::format("\"{}\" is not an even number", text);
         },
         "", "");
 }
@@ -127,6 +117,27 @@ CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
         ->check(within(1e-3, 1e3));
 }
 
+/// "auto", or a way to expose and its value: "white=500".
+CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
+    const auto take = [&exposure](const std::string& text) {
+        const std::size_t sign = std::min(text.find('='), text.size());
+        const auto way = std::ranges::find(exposure_modes, text.substr(0, sign), &Choice<ExposureMode>::name);
+        double value = 0.0;
+        const bool plain = sign == text.size();
+        if (way == exposure_modes.end() || plain != (way->value == ExposureMode::automatic) ||
+            (!plain && !CLI::detail::lexical_cast(text.substr(sign + 1), value)))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is not an exposure (auto, white=CD_M2, ev100=EV or percentile=PERCENT)", text));
+        const Range range = exposure_range(way->value);
+        if (!(value >= range.low && value <= range.high))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is out of range ({} would be right)", text, range.words()));
+        exposure = Exposure{way->value, value};
+    };
+    return app.add_option_function<std::string>("--exposure", take, "luminance shown as white in PNG files")
+        ->type_name("auto|white=CD_M2|ev100=EV|percentile=PERCENT");
+}
+
 void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_scene(app, options.scene);
     app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
@@ -164,6 +175,31 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->type_name("X")
         ->check(within(1e-6, 0.5))
         ->group(scene_group);
+
+    add_exposure(app, options.exposure)->group(scene_group);
+    add_choice(app, "--tone-mapping", options.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
+        ->group(scene_group);
+    add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
+        ->group(scene_group);
+
+    constexpr auto false_colour_group = "False colour (views/false_colour)";
+    add_choice(app, "--false-colour", options.false_colour.quantity, false_colour_quantities,
+               "draw what the views show in false colour, too")
+        ->default_str(std::string(name_of(false_colour_quantities, options.false_colour.quantity)))
+        ->group(false_colour_group);
+    add_choice(app, "--false-colour-scale", options.false_colour.scale, colour_scale_kinds, "of the colours")
+        ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
+        ->group(false_colour_group);
+    app.add_option("--false-colour-max", options.false_colour.maximum,
+                   "upper end of the scale, cd/m2 or lx; unless given a round value that leaves windows and sun spots above it")
+        ->type_name("X")
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+    app.add_option("--contours", options.false_colour.contours, "values at which lines are drawn, parted by commas")
+        ->type_name("X,X,...")
+        ->delimiter(',')
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
 
     constexpr auto light_group = "Interreflection";
     add_choice(app, "--irc", options.daylight.sensor_indirect, indirect_methods,
@@ -209,10 +245,9 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
         ->group(hemicube_group);
     app.add_option("--cells", hemicube.resolution,
-                   "cells along a side of the square or of the top of the hemi-cube; even")
+                   "cells along a side of the square or of the top of the hemi-cube")
         ->type_name("N")
-        ->check(within(2, 4096))
-        ->check(even())
+        ->check(within(1, 4096))
         ->group(hemicube_group);
     app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
         ->type_name("X")
@@ -221,15 +256,101 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
     add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
         ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
         ->group(hemicube_group);
+    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
+        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
+        ->group(hemicube_group);
+    app.add_option("--viewpoints", hemicube.viewpoints,
+                   "points of a patch from which its form factors are taken; 1: its centroid")
+        ->type_name("N")
+        ->check(within(1, 4096))
+        ->group(hemicube_group);
     app.add_flag_callback(
            "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
            "do not turn the projection by a random angle about the normal")
         ->group(hemicube_group);
 }
 
+/// An option that says what a scene's key would say.
+struct DescriptionOption {
+    const char* name;
+    const char* object;
+    const char* key;
+    const char* type;
+    const char* help;
+};
+
+constexpr std::array sun_options{
+    DescriptionOption{"--altitude", "sun", "altitude_deg", "DEG", "sun above the horizon"},
+    DescriptionOption{"--azimuth", "sun", "azimuth_deg", "DEG", "sun from true north, clockwise"},
+    DescriptionOption{"--date", "sun", "date", "YYYY-MM-DD", "sun by the clock, with --time and the place"},
+    DescriptionOption{"--time", "sun", "time", "HH:MM", "by the clock of --time-zone"},
+    DescriptionOption{"--latitude", "site", "latitude_deg", "DEG", "north positive"},
+    DescriptionOption{"--longitude", "site", "longitude_deg", "DEG", "east positive"},
+    DescriptionOption{"--time-zone", "site", "time_zone_h", "H", "hours ahead of Greenwich"},
+    DescriptionOption{"--direct-normal", "sun", "direct_normal_illuminance_lx", "LX|WORD",
+                      "sunlight, or from_sky, gensky, ies_clear, turbid"},
+};
+constexpr std::array level_options{
+    DescriptionOption{"--zenith-luminance", "sky", "zenith_luminance_cd_m2", "CD/M2", "level of the sky"},
+    DescriptionOption{"--horizontal-illuminance", "sky", "horizontal_illuminance_lx", "LX",
+                      "level of the sky, without the sun"},
+    DescriptionOption{"--turbidity", "sky", "turbidity", "X", "of the formula for the level"},
+    DescriptionOption{"--highest-sun", "sky", "highest_sun_deg", "DEG", "limit for the sun of the distribution (Radiance: 87)"},
+    DescriptionOption{"--direct-irradiance", "sky", "direct_normal_irradiance_w_m2", "W/M2", "perez"},
+    DescriptionOption{"--diffuse-irradiance", "sky", "diffuse_horizontal_irradiance_w_m2", "W/M2", "perez"},
+    DescriptionOption{"--direct-illuminance", "sky", "direct_normal_illuminance_lx", "LX", "perez"},
+    DescriptionOption{"--diffuse-illuminance", "sky", "diffuse_horizontal_illuminance_lx", "LX", "perez"},
+    DescriptionOption{"--dew-point", "sky", "dew_point_c", "C", "perez"},
+    DescriptionOption{"--day-of-year", "sky", "day_of_year", "N", "perez"},
+    DescriptionOption{"--normalisation", "sky", "normalisation", "WORD", "perez: exact or patches_145"},
+    DescriptionOption{"--table", "table", "file", "FILE", "table: luminances"},
+    DescriptionOption{"--subdivision", "table", "subdivision", "WORD", "table: tregenza, reinhart_2 to 6, or raster"},
+    DescriptionOption{"--interpolation", "table", "interpolation", "WORD", "table: constant or linear"},
+    DescriptionOption{"--luminance", "sky", "luminance", "FORMULA", "expression, e.g. \"1 + 2*sin(altitude)\""},
+};
+
+void add_sky_options(CLI::App& app, SkyOptions& options) {
+    app.add_option("SCENE|MODEL", options.target, "scene file, or the name of a sky")->required()->type_name("NAME");
+    app.add_option("--out", options.out, "folder for sky.png")->type_name("DIR");
+    app.add_option("--size", options.size, "diameter of the dome in the picture, pixels")
+        ->type_name("N")
+        ->check(within(64, 8192));
+    app.add_option("--maximum", options.maximum_cd_m2, "luminance at the end of the colours, cd/m2")
+        ->type_name("X")
+        ->check(within(1e-6, 1e12));
+    app.add_flag_callback("--linear", [&] { options.logarithmic = false; }, "linear scale of colours");
+    app.add_flag_callback("--logarithmic", [&] { options.logarithmic = true; }, "logarithmic scale of colours");
+    const auto add_all = [&](const auto& list, const char* group) {
+        for (const DescriptionOption& option : list) {
+            app.add_option_function<std::string>(
+                   option.name,
+                   [&options, &option](const std::string& text) {
+                       options.description[{option.object, option.key}] = text;
+                   },
+                   option.help)
+                ->type_name(option.type)
+                ->group(group);
+        }
+    };
+    add_all(sun_options, "The sun of a model");
+    app.add_flag_callback(
+           "--summer-time", [&] { options.description[{"sun", "summer_time"}] = "true"; },
+           "the clock is an hour ahead of --time-zone")
+        ->group("The sun of a model");
+    app.add_flag_callback(
+           "--refraction", [&] { options.description[{"sun", "refraction"}] = "true"; },
+           "raise the sun by the refraction of the air")
+        ->group("The sun of a model");
+    add_all(level_options, "The sky of a model");
+    std::string models = "Models:\n";
+    for (const SkyModelInfo& info : sky_models())
+        models += fmt::format("  {:<20}{}{}\n", info.name, info.summary, info.needs_sun ? " (needs the sun)" : "");
+    app.footer(models);
+}
+
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv) {
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
     run.threads = zones.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
@@ -254,6 +375,11 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
 
+    SkyOptions sky;
+    CLI::App* sky_command =
+        app.add_subcommand("sky", "print the illuminances of a sky and draw its dome in false colour");
+    add_sky_options(*sky_command, sky);
+
     app.require_subcommand(0, 1);
     app.allow_extras();  // so that an unknown command can be answered with the known ones
 
@@ -262,8 +388,8 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, zones)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, zones)", app.remaining().front()));
+                    ? "missing command (known: run, check, zones, sky)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, zones, sky)", app.remaining().front()));
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
@@ -271,6 +397,7 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
     run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;
     if (zones_command->parsed()) return zones;
+    if (sky_command->parsed()) return sky;
     return run;
 }
 

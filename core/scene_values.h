@@ -49,6 +49,7 @@ struct Range {
 /// The world is 200 km wide: 1e5 m in units of 1 nm stays far within 64 bits.
 inline constexpr Range coordinate_range{-1e5, 1e5, "m"};
 inline constexpr Range share_range{0.0, 1.0};
+
 /// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
 inline constexpr double largest_light = 1e10;
 

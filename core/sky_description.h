@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "core/light_colour.h"
 #include "core/units.h"
 
 namespace naturel {
@@ -39,6 +40,7 @@ struct SkyDescription {
     SkyModel model = SkyModel::moon_spencer;
     std::optional<double> zenith_luminance_cd_m2{};
     std::optional<double> horizontal_illuminance_lx{};  ///< diffuse, unobstructed, without the sun
+    LightColour colour{};
     int cie_type = 1;                                   ///< of cie_general: 1 to 16
     std::optional<double> turbidity{};                  ///< of the level's formula; default: the model's
     double highest_sun_rad = 0.5 * pi;  ///< where the sky's own sun stops on its way to the zenith (Radiance: 87 degrees)

@@ -6,12 +6,15 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <sstream>
 
+#include "core/colour.h"
 #include "core/errors.h"
+#include "core/material_reader.h"
 #include "core/perez.h"
 #include "core/scene_values.h"
+#include "core/side_files.h"
 #include "core/sky.h"
 #include "core/sky_expression.h"
 #include "core/sky_levels.h"
@@ -152,17 +155,9 @@ struct NumberLine {
     std::vector<double> numbers;
 };
 
-std::vector<NumberLine> read_number_file(const JsonValue& name, const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / read_text(name);
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error))
-        name.refuse(fmt::format("there is no file {} (paths start at the folder of the scene)", in_quotes(file.string())));
-    constexpr std::uintmax_t most_bytes = 64u << 20;
-    if (std::filesystem::file_size(file, error) > most_bytes)
-        name.refuse(fmt::format("the file {} is larger than 64 MB", in_quotes(file.string())));
-    std::ifstream stream(file);
-    if (!stream) name.refuse(fmt::format("the file {} cannot be opened", in_quotes(file.string())));
+std::vector<NumberLine> number_lines(const SideFiles::Text& file) {
     std::vector<NumberLine> lines;
+    std::istringstream stream(file.text);
     std::string text;
     for (std::size_t line = 1; std::getline(stream, text); ++line) {
         text.resize(std::min(text.size(), text.find('#')));
@@ -173,7 +168,7 @@ std::vector<NumberLine> read_number_file(const JsonValue& name, const std::files
             double number = 0.0;
             const auto [stop, fault] = std::from_chars(text.data() + at, text.data() + end, number);
             if (fault != std::errc() || stop != text.data() + end || !std::isfinite(number))
-                throw InputError(fmt::format("{}:{}:{}", file.string(), line, at + 1),
+                throw InputError(fmt::format("{}:{}:{}", file.file_name, line, at + 1),
                                  fmt::format("{} is not a number (a luminance is needed, holes are not allowed)",
                                              in_quotes(text.substr(at, end - at))));
             found.numbers.push_back(number);
@@ -235,10 +230,11 @@ Raster read_inline_raster(const SceneObject& object) {
 }
 
 /// Lines "altitude azimuth luminance", degrees, in any order.
-Raster read_raster_file(const JsonValue& name, const std::filesystem::path& folder) {
-    const std::string file = (folder / read_text(name)).string();
+Raster read_raster_file(const JsonValue& name, SideFiles& files) {
+    const SideFiles::Text& text = files.read(name);
+    const std::string& file = text.file_name;
     std::map<double, std::map<double, double>> table;
-    for (const NumberLine& line : read_number_file(name, folder)) {
+    for (const NumberLine& line : number_lines(text)) {
         const std::string where = fmt::format("{}:{}", file, line.line);
         if (line.numbers.size() != 3)
             throw InputError(where, fmt::format("the line has {} numbers (altitude, azimuth and luminance are needed)",
@@ -275,7 +271,7 @@ Raster read_raster_file(const JsonValue& name, const std::filesystem::path& fold
     return raster;
 }
 
-std::vector<double> read_patch_values(const SceneObject& object, const std::filesystem::path& folder, int count) {
+std::vector<double> read_patch_values(const SceneObject& object, SideFiles& files, int count) {
     std::vector<double> values;
     if (const auto list = object.find("values")) {
         for (const JsonValue& value : read_list(*list, "luminances"))
@@ -285,8 +281,9 @@ std::vector<double> read_patch_values(const SceneObject& object, const std::file
         return values;
     }
     const JsonValue name = object.at("file");
-    const std::string file = (folder / read_text(name)).string();
-    for (const NumberLine& line : read_number_file(name, folder)) {
+    const SideFiles::Text& text = files.read(name);
+    const std::string& file = text.file_name;
+    for (const NumberLine& line : number_lines(text)) {
         for (const double number : line.numbers)
             values.push_back(checked_luminance(number, fmt::format("{}:{}", file, line.line)));
     }
@@ -295,7 +292,7 @@ std::vector<double> read_patch_values(const SceneObject& object, const std::file
     return values;
 }
 
-std::shared_ptr<const SkyTable> read_table_sky(const JsonValue& value, const std::filesystem::path& folder) {
+std::shared_ptr<const SkyTable> read_table_sky(const JsonValue& value, SideFiles& files) {
     const SceneObject object(value, scene_keys::sky_table);
     if (object.has("values") == object.has("file"))
         object.refuse("the values of the table are given twice or not at all (give either values or file)");
@@ -315,10 +312,10 @@ std::shared_ptr<const SkyTable> read_table_sky(const JsonValue& value, const std
         if (object.has("altitudes_deg"))
             object.at("altitudes_deg").refuse("a subdivision knows its altitudes (leave altitudes_deg out)");
         SkyPatches patches = reinhart_patches(factor);
-        std::vector<double> values = read_patch_values(object, folder, patches.count());
+        std::vector<double> values = read_patch_values(object, files, patches.count());
         return std::make_shared<SkyTable>(std::move(patches), std::move(values), interpolated);
     }
-    Raster table = object.has("file") ? read_raster_file(object.at("file"), folder) : read_inline_raster(object);
+    Raster table = object.has("file") ? read_raster_file(object.at("file"), files) : read_inline_raster(object);
     return std::make_shared<SkyTable>(raster_patches(table.altitudes_rad, table.columns), std::move(table.values),
                                       interpolated);
 }
@@ -369,7 +366,7 @@ void refuse_foreign_keys(const SceneObject& object, const SkyModelInfo& info) {
     only_for(SkyModel::expression, {"luminance"}, "expression");
 }
 
-SkyDescription read_sky(const SceneObject& object, const std::filesystem::path& folder,
+SkyDescription read_sky(const SceneObject& object, const Primaries& primaries, SideFiles& files,
                         const std::optional<int>& day) {
     const JsonValue model = object.at("model");
     const SkyModelInfo* info = find_sky_model(read_text(model));
@@ -392,10 +389,11 @@ SkyDescription read_sky(const SceneObject& object, const std::filesystem::path& 
     if (const auto turbidity = object.find("turbidity"))
         sky.turbidity = read_number(*turbidity, {1.4, 50.0});
     sky.highest_sun_rad = radians_from_degrees(read_number(object, "highest_sun_deg", {45.0, 90.0, "degrees"}, 90.0));
+    if (const auto colour = object.find("colour")) sky.colour = read_light_colour(*colour, primaries);
     if (sky.model == SkyModel::perez) sky.perez = read_perez(object, day);
     if (sky.model == SkyModel::table) {
         if (!object.has("table")) object.refuse("the key \"table\" is missing (it holds the values of the sky)");
-        sky.table = read_table_sky(object.at("table"), folder);
+        sky.table = read_table_sky(object.at("table"), files);
     }
     if (sky.model == SkyModel::expression) {
         if (!object.has("luminance"))
@@ -501,7 +499,7 @@ void check_sky(const SceneObject& root, const SceneObject& sky_object, const Sky
 
 }  // namespace
 
-OutdoorDescription read_outdoors(const SceneObject& root, const std::filesystem::path& folder) {
+SkyAndSun read_sky_and_sun(const SceneObject& root, const Primaries& primaries, SideFiles& files) {
     const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
     std::optional<SceneObject> sun_object;
     std::optional<SunPlace> sun;
@@ -510,25 +508,28 @@ OutdoorDescription read_outdoors(const SceneObject& root, const std::filesystem:
         sun_object.emplace(*value, scene_keys::sun);
         sun = read_sun_place(*sun_object, root.find("site"), site);
     }
-    OutdoorDescription outdoors;
-    outdoors.north_rad = site.north_rad;
-    outdoors.sky = read_sky(sky_object, folder, sun ? sun->day : std::nullopt);
-    outdoors.sky.north_rad = 0.0;  // for the checks, in the world's frame
-    check_sky(root, sky_object, outdoors.sky, sun);
-    outdoors.sky.north_rad = site.north_rad;
+    SkyAndSun light;
+    light.north_rad = site.north_rad;
+    light.sky = read_sky(sky_object, primaries, files, sun ? sun->day : std::nullopt);
+    light.sky.north_rad = 0.0;  // for the checks, in the world's frame
+    check_sky(root, sky_object, light.sky, sun);
+    light.sky.north_rad = site.north_rad;
     if (sun) {
-        outdoors.sun = SunDescription{
+        light.sun = SunDescription{
             .altitude_rad = sun->angles.altitude_rad,
             .azimuth_rad = model_azimuth(sun->angles.azimuth_rad, site.north_rad),
             .direct_normal_illuminance_lx =
-                read_direct_normal(*sun_object, outdoors.sky, sun->angles.altitude_rad)};
+                read_direct_normal(*sun_object, light.sky, sun->angles.altitude_rad)};
+        if (const auto colour = sun_object->find("colour"))
+            light.sun->colour = read_light_colour(*colour, primaries);
     }
-    return outdoors;
+    return light;
 }
 
-OutdoorDescription read_outdoors_text(const std::string& text, const std::string& name) {
+SkyAndSun read_sky_and_sun_text(const std::string& text, const std::string& name) {
     const JsonDocument document(text, name);
-    return read_outdoors(SceneObject(document.root(), scene_keys::outdoors), {});
+    SideFiles files{std::filesystem::path()};
+    return read_sky_and_sun(SceneObject(document.root(), scene_keys::sky_and_sun), Primaries(PrimariesName::ebu), files);
 }
 
 }  // namespace naturel

@@ -25,6 +25,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // hides only directions within 1e-6 of the horizontal: the zone gets a millionth narrower there, never wider.
 constexpr double below_viewpoint = 1e-6;
 
+// Smaller islands of umbra than a square centimetre are not worth a zone.
+constexpr double smallest_zone_m2 = 1e-4;
+
 // The part of a convex polygon with height_of(vertex) in [low, high].
 template <class Height>
 std::vector<dvec3> slab(std::vector<dvec3> polygon, const Height& height_of, double low, double high) {
@@ -42,12 +45,14 @@ std::vector<dvec3> slab(std::vector<dvec3> polygon, const Height& height_of, dou
     return polygon;
 }
 
-// The two halves of a convex polygon, cut across its longest diagonal.
+// The two halves of a convex polygon, cut across its longest edge: pieces that are as wide as the whole, as a cut across the
+// diagonal leaves them, are rarely hidden by one body.
 std::array<std::vector<dvec3>, 2> halves(const std::vector<dvec3>& polygon) {
     dvec3 direction{};
-    for (const dvec3& a : polygon)
-        for (const dvec3& b : polygon)
-            if (glm::dot(b - a, b - a) > glm::dot(direction, direction)) direction = b - a;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const dvec3 edge = polygon[(k + 1) % polygon.size()] - polygon[k];
+        if (glm::dot(edge, edge) > glm::dot(direction, direction)) direction = edge;
+    }
     double low = infinity, high = -infinity;
     const auto position_of = [&](const dvec3& p) { return glm::dot(p - polygon[0], direction); };
     for (const dvec3& p : polygon) low = std::min(low, position_of(p)), high = std::max(high, position_of(p));
@@ -103,6 +108,43 @@ private:
     dvec3 low_m_{infinity}, high_m_{-infinity};
     std::vector<HalfSpace> planes_;
 };
+
+// Where outlines run along each other within nanometres, booleans leave strands between them, and the next booleans cut
+// the strands into more. Corners and rings that are this thin are dropped.
+constexpr double strand_nm = 20.0;
+
+// Without strands, holes and islands smaller than smallest_m2 each.
+Region without_crumbs(Region region, double smallest_m2) {
+    std::erase_if(region, [&](const Ring& ring) { return std::abs(area_m2(ring)) < smallest_m2; });
+    ClipperLib::CleanPolygons(region, strand_nm);
+    std::erase_if(region, [](const Ring& ring) { return ring.size() < 3; });
+    return region;
+}
+
+// Without strands, nor islands smaller than smallest_m2; keeps the holes of what is left.
+Region tidied(Region region, double smallest_m2) {
+    bool holes = false, dropped = false;
+    ClipperLib::CleanPolygons(region, strand_nm);
+    std::erase_if(region, [&](const Ring& ring) {
+        if (ring.size() < 3) return true;
+        const double area = area_m2(ring);
+        if (area < 0.0) {
+            double outline = 0.0;
+            for (std::size_t i = 0; i < ring.size(); ++i) {
+                const PlanePoint &a = ring[i], &b = ring[(i + 1) % ring.size()];
+                outline += std::hypot(static_cast<double>(b.X - a.X), static_cast<double>(b.Y - a.Y)) / nanometres_per_metre;
+            }
+            if (-area < 0.5 * strand_nm / nanometres_per_metre * outline) return true;
+            holes = true;
+            return false;
+        }
+        dropped = dropped || area < smallest_m2;
+        return area < smallest_m2;
+    });
+    // A hole whose island is gone would count as an island itself.
+    if (holes && dropped) ClipperLib::SimplifyPolygons(region, ClipperLib::pftPositive);
+    return region;
+}
 
 struct Shadow {
     enum class Cover { none, part, all } cover = Cover::none;  // of the place that was asked for
@@ -227,15 +269,16 @@ public:
         }
         if (!hidden.empty()) hidden = intersect(rest, hidden);
         if (halvings_left == 0 || occluders.size() < 2) return hidden;
-        // Where no point of the window can be seen of those that are easily tried.
-        Region doubtful = subtract(rest, hidden);
+        // Where no point of the window can be seen of those that are easily tried. This only says where to look: it may be
+        // too large, and what it leaves out is not found.
         dvec3 middle{};
         for (const dvec3& corner : window_m) middle += corner / static_cast<double>(window_m.size());
-        doubtful = shaded(occluders, middle, doubtful);
+        Region doubtful = shaded(occluders, middle, rest);
         for (const dvec3& corner : window_m) doubtful = shaded(occluders, corner, doubtful);
+        doubtful = without_crumbs(subtract(doubtful, hidden), options_.smallest_m2);
         for (const std::vector<dvec3>& half : halves(window_m)) {
-            if (area_m2(doubtful) < options_.smallest_m2) return hidden;
-            doubtful = of(half, occluders, doubtful, halvings_left - 1);
+            if (doubtful.empty()) return hidden;
+            doubtful = tidied(of(half, occluders, doubtful, halvings_left - 1), options_.smallest_m2);
         }
         return unite(hidden, doubtful);
     }
@@ -278,7 +321,7 @@ private:
 // A region in squares of some metres: the occluders near a square are few, and Clipper's cost grows faster than in
 // proportion to what it is given at once.
 std::vector<Region> tiles(const Region& region) {
-    constexpr double tile_nm = 2.5 * nanometres_per_metre;
+    constexpr double tile_nm = 4.0 * nanometres_per_metre;
     if (region.empty()) return {};
     ClipperLib::cInt left = region[0][0].X, right = left, bottom = region[0][0].Y, top = bottom;
     for (const Ring& ring : region) {
@@ -367,7 +410,7 @@ Region UmbraFinder::on_face(FaceId id) const {
         for (const Region& more : found) hidden.insert(hidden.end(), more.begin(), more.end());
         umbra = intersect(umbra, hidden);
     }
-    return without_slivers(umbra);
+    return tidied(std::move(umbra), smallest_zone_m2);
 }
 
 }  // namespace naturel

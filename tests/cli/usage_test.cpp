@@ -23,7 +23,7 @@ TEST_CASE("help names every command and option on stdout", "[cli]") {
     const Outcome general = run_naturel({"--help"});
     CHECK(general.exit_code == 0);
     CHECK(general.errors.empty());
-    for (const char* word : {"run", "check", "zones", "--version"}) {
+    for (const char* word : {"run", "check", "zones", "sky", "--version"}) {
         INFO(word);
         CHECK(general.output.find(word) != std::string::npos);
     }
@@ -49,20 +49,20 @@ TEST_CASE("the version names the program and its backends", "[cli]") {
 }
 
 TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cli]") {
-    check_failure(run_naturel({}), 2, "known: run, check, zones");
-    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones)");
+    check_failure(run_naturel({}), 2, "known: run, check, zones, sky");
+    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones, sky)");
     check_failure(run_naturel({"run"}), 2, "SCENE is required");
     check_failure(run_naturel({"run", "room.json", "--backend", "crystal_ball"}), 2,
                   "unknown backend \"crystal_ball\" (known: hemicube");
     check_failure(run_naturel({"run", "room.json", "--threads", "0"}), 2, "--threads");
     check_failure(run_naturel({"run", "room.json", "--tolerance", "nan"}), 2, "--tolerance");
-    check_failure(run_naturel({"run", "room.json", "--cells", "7"}), 2, "\"7\" is not an even number");
+    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a number from 1 to 4096");
     check_failure(run_naturel({"run", "room.json", "--seed", "-1"}), 2, "--seed");
     check_failure(run_naturel({"run", "room.json", "--seed", "99999999999999999999999"}), 2,
                   "from 0 to 18446744073709551615");
     check_failure(run_naturel({"run", "room.json", "--rays", "100000001"}), 2, "from 1 to 100000000");
     check_failure(run_naturel({"run", "room.json", "--rays-per-point", "100000001"}), 2, "from 1 to 100000000");
-    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.49"}), 2, "its rim");
+    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.09"}), 2, "its rim");
     check_failure(run_naturel({"run", "room.json", "--irc", "guess"}), 2,
                   "unknown word \"guess\" (known: patch, gather)");
     check_failure(run_naturel({"run", "room.json", "--colour"}), 2, "--colour");
