@@ -524,9 +524,8 @@ void read_light(const SceneObject& root, const Site& site, Scene& scene) {
     }
 }
 
-GridOptions read_grid(const JsonValue& value) {
+GridOptions read_grid(const JsonValue& value, GridOptions grid) {
     const SceneObject object(value, scene_keys::grid);
-    GridOptions grid;
     grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
     grid.outdoor_spacing_m = read_number(object, "outdoor_spacing_m", spacing_range, grid.outdoor_spacing_m);
     if (const auto zones = object.find("zones")) grid.zones = read_boolean(*zones);
@@ -540,9 +539,8 @@ GridOptions read_grid(const JsonValue& value) {
     return grid;
 }
 
-DirectOptions read_direct(const JsonValue& value) {
+DirectOptions read_direct(const JsonValue& value, DirectOptions direct) {
     const SceneObject object(value, scene_keys::direct);
-    DirectOptions direct;
     if (const auto method = object.find("method")) {
         direct.method = read_word<DirectMethod>(
             *method, {{"article", DirectMethod::article}, {"adaptive", DirectMethod::adaptive}});
@@ -666,7 +664,7 @@ void check_version(const JsonValue& value) {
     }
 }
 
-Scene read_document(const JsonDocument& document) {
+Scene read_document(const JsonDocument& document, const SceneDefaults& defaults) {
     const SceneObject root(document.root(), scene_keys::scene);
     check_version(root.at("naturel"));
 
@@ -684,8 +682,9 @@ Scene read_document(const JsonDocument& document) {
     const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
     scene.north_rad = site.north_rad;
     if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, scene.primaries);
-    if (const auto grid = root.find("grid")) scene.grid = read_grid(*grid);
-    if (const auto direct = root.find("direct")) scene.direct = read_direct(*direct);
+    const auto grid = root.find("grid"), direct = root.find("direct");
+    scene.grid = grid ? read_grid(*grid, defaults.grid) : defaults.grid;
+    scene.direct = direct ? read_direct(*direct, defaults.direct) : defaults.direct;
     const Names names = read_materials(root.at("materials"), scene);
     read_geometry(root, names, scene);
     read_light(root, site, scene);
@@ -724,15 +723,15 @@ std::string read_file(const std::filesystem::path& file) {
 
 }  // namespace
 
-Scene read_scene_text(std::string_view text, const std::string& file_name) {
+Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
     const JsonDocument document(std::string(text), file_name);
-    Scene scene = read_document(document);
+    Scene scene = read_document(document, defaults);
     scene.source_sha256 = sha256_hex(text);
     return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file) {
-    return read_scene_text(read_file(file), file.string());
+Scene read_scene(const std::filesystem::path& file, const SceneDefaults& defaults) {
+    return read_scene_text(read_file(file), file.string(), defaults);
 }
 
 }  // namespace naturel
