@@ -144,11 +144,15 @@ std::vector<VertexQuad> in_quads(std::span<const dvec3> v) {
 
 void cut_behind(std::span<const dvec3> polygon, const dvec3& normal, double plane_m, std::vector<dvec3>& kept) {
     kept.clear();
+    const auto height = [&](const dvec3& v) {
+        const double h = glm::dot(normal, v) - plane_m;
+        return std::abs(h) < 1e-9 ? 0.0 : h;  // geometry is rounded to 1 nm: a corner in the plane is not cut off
+    };
     for (std::size_t k = 0; k < polygon.size(); ++k) {
         const dvec3 &from = polygon[k], &to = polygon[(k + 1) % polygon.size()];
-        const double h0 = glm::dot(normal, from) - plane_m, h1 = glm::dot(normal, to) - plane_m;
+        const double h0 = height(from), h1 = height(to);
         if (h0 >= 0.0) kept.push_back(from);
-        if ((h0 < 0.0) != (h1 < 0.0)) kept.push_back(from + (h0 / (h0 - h1)) * (to - from));
+        if (h0 * h1 < 0.0) kept.push_back(from + (h0 / (h0 - h1)) * (to - from));
     }
     if (kept.size() < 3) kept.clear();
 }
@@ -397,9 +401,10 @@ ExchangeEstimate PairwiseExchange::Data::past_occluders(std::size_t a, std::size
     };
     const double tolerance_m2 = tolerance * std::min(area_m2[a], area_m2[b]);
     const bool shadow_on_b = nearest(a) >= nearest(b);
+    const Side side = shadow_on_b ? Side::front : Side::back;  // obstacles were chosen for lines that leave a
     const Polygon &from = shadow_on_b ? pa : pb, &to = shadow_on_b ? pb : pa;
     if (to.vertices_m.size() <= most_vertices)
-        return s.shadows.exchange(from, to, unoccluded_m2, tolerance_m2, occluders, occluder_vertices_m, s.chosen);
+        return s.shadows.exchange(from, to, unoccluded_m2, tolerance_m2, occluders, occluder_vertices_m, s.chosen, side);
     // Parts of a polygon with many corners.
     ExchangeEstimate sum;
     std::vector<dvec3> part;
@@ -409,7 +414,7 @@ ExchangeEstimate PairwiseExchange::Data::past_occluders(std::size_t a, std::size
             part.push_back(to.vertices_m[k]);
         const double all_m2 = unoccluded_exchange_m2(from.vertices_m, from.normal, part, to.normal);
         const ExchangeEstimate e = s.shadows.exchange(from, {part, to.normal, to.plane_m}, all_m2, tolerance_m2, occluders,
-                                                      occluder_vertices_m, s.chosen);
+                                                      occluder_vertices_m, s.chosen, side);
         sum.value_m2 += e.value_m2;
         sum.error_m2 += e.error_m2;
     }

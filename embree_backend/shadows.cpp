@@ -44,11 +44,14 @@ void keep(const Flat& p, double a, double b, double c, Flat& kept) {
 }  // namespace
 
 void Shadows::aim(const Polygon& to, const dvec3& normal, std::span<const Occluder> occluders,
-                  std::span<const dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen) {
+                  std::span<const dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen, Side side) {
     const auto& v = to.vertices_m;
     origin_m_ = v[0];
     n_ = to.normal;
-    u_ = glm::normalize(v[1] - v[0]);
+    dvec3 longest = v[1] - v[0];
+    for (std::size_t k = 1; k + 1 < v.size(); ++k)
+        if (glm::length(v[k + 1] - v[k]) > glm::length(longest)) longest = v[k + 1] - v[k];
+    u_ = glm::normalize(longest);
     v_ = glm::cross(n_, u_);
     target_.count = static_cast<int>(v.size());
     for (std::size_t k = 0; k < v.size(); ++k) {
@@ -67,9 +70,10 @@ void Shadows::aim(const Polygon& to, const dvec3& normal, std::span<const Occlud
             const dvec3 p = flat(occluder_vertices_m[o.first_vertex + k] - origin_m_);
             f.x[k] = p.x, f.y[k] = p.y, f.z[k] = p.z;
         }
-        const dvec3 n = flat(o.normal);
+        const double sign = side == Side::front ? 1.0 : -1.0;
+        const dvec3 n = sign * flat(o.normal);
         f.nx = n.x, f.ny = n.y, f.nz = n.z;
-        f.plane = o.plane_m - glm::dot(o.normal, origin_m_);
+        f.plane = sign * (o.plane_m - glm::dot(o.normal, origin_m_));
     }
 }
 
@@ -107,6 +111,7 @@ void Shadows::subtract(const Flat& shadow) {
     for (int k = 2; k < shadow.count; ++k)
         turn += (shadow.x[k - 1] - shadow.x[0]) * (shadow.y[k] - shadow.y[0]) -
                 (shadow.y[k - 1] - shadow.y[0]) * (shadow.x[k] - shadow.x[0]);
+    if (std::abs(turn) < 1e-14) return;  // a line
     const double sense = turn >= 0.0 ? 1.0 : -1.0;
     Flat rest, outside, inside;
     for (const Flat& piece : pieces_) {
@@ -124,6 +129,7 @@ void Shadows::subtract(const Flat& shadow) {
         for (int k = 0; k < shadow.count && rest.count > 0; ++k) {
             const int to = k + 1 < shadow.count ? k + 1 : 0;
             const double a = -sense * (shadow.y[to] - shadow.y[k]), b = sense * (shadow.x[to] - shadow.x[k]);
+            if (a * a + b * b < 1e-24) continue;
             const double c = -a * shadow.x[k] - b * shadow.y[k];
             keep(rest, -a, -b, -c, outside);
             if (outside.count > 0) next_.push_back(outside);
@@ -156,22 +162,25 @@ double Shadows::seen_from(const dvec3& point_m, double& all) {
         }
     }
     all = lambert(pieces_[0], px, py, pz);
+    // What touches the target's plane along a line casts no shadow of its own on it: geometry is rounded to 1 nm.
+    constexpr double bottom = 1e-8;
     const double top = pz * (1.0 - 1e-9);
+    if (top <= bottom) return all;
     bool cut = false;
     for (const Flattened& o : blockers_) {
-        if (o.nx * px + o.ny * py + o.nz * pz - o.plane <= in_plane_m) continue;  // seen from behind or edge-on
+        if (o.nx * px + o.ny * py + o.nz * pz - o.plane <= in_plane_m) continue;  // the wrong side, or edge-on
         // The part of the occluder between the point and the target's plane, cast on the plane.
         double x[2 * most_vertices], y[2 * most_vertices], z[2 * most_vertices];
         int n = 0;
         for (int k = 0, before = o.count - 1; k < o.count; before = k++) {
-            for (const double level : {o.z[before] < o.z[k] ? 0.0 : top, o.z[before] < o.z[k] ? top : 0.0})
+            for (const double level : {o.z[before] < o.z[k] ? bottom : top, o.z[before] < o.z[k] ? top : bottom})
                 if ((o.z[before] < level) != (o.z[k] < level)) {
                     const double t = (level - o.z[before]) / (o.z[k] - o.z[before]);
                     x[n] = o.x[before] + t * (o.x[k] - o.x[before]);
                     y[n] = o.y[before] + t * (o.y[k] - o.y[before]);
                     z[n++] = level;
                 }
-            if (o.z[k] >= 0.0 && o.z[k] <= top) x[n] = o.x[k], y[n] = o.y[k], z[n++] = o.z[k];
+            if (o.z[k] >= bottom && o.z[k] <= top) x[n] = o.x[k], y[n] = o.y[k], z[n++] = o.z[k];
         }
         if (n < 3) continue;
         Flat shadow;
@@ -236,8 +245,8 @@ void Shadows::evaluate(Cell& cell) {
 
 ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, double unoccluded_m2, double tolerance_m2,
                                    std::span<const Occluder> occluders, std::span<const dvec3> occluder_vertices_m,
-                                   std::span<const std::uint32_t> chosen) {
-    aim(to, from.normal, occluders, occluder_vertices_m, chosen);
+                                   std::span<const std::uint32_t> chosen, Side side) {
+    aim(to, from.normal, occluders, occluder_vertices_m, chosen, side);
     cells_.clear();
     const auto& v = from.vertices_m;
     if (v.size() == 4 && glm::length(v[0] + v[2] - v[1] - v[3]) < 1e-8)
@@ -287,7 +296,7 @@ ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, doubl
 
 double Shadows::from_point(const dvec3& point_m, const dvec3& normal, const Polygon& to, std::span<const Occluder> occluders,
                            std::span<const dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen) {
-    aim(to, normal, occluders, occluder_vertices_m, chosen);
+    aim(to, normal, occluders, occluder_vertices_m, chosen, Side::front);
     double all = 0.0;
     return seen_from(point_m, all);
 }

@@ -12,6 +12,9 @@ struct ExchangeEstimate {
     double error_m2 = 0.0;  ///< estimate: covers the true error in at least 99 % of pairs
 };
 
+/// Which side of the occluders the points are on: of a solid, the faces that lines enter by or those that they leave by.
+enum class Side { front, back };
+
 /// Form factors past occluders: from points of one polygon, the shadows that occluders cast on the plane of another one are cut
 /// out of it exactly, and what is left is integrated in closed form (Lambert). Scratch memory; one for each thread.
 class Shadows {
@@ -20,7 +23,7 @@ public:
     /// occluders. Cells of `from` are divided until the error is below `tolerance_m2`.
     ExchangeEstimate exchange(const Polygon& from, const Polygon& to, double unoccluded_m2, double tolerance_m2,
                               std::span<const Occluder> occluders, std::span<const glm::dvec3> occluder_vertices_m,
-                              std::span<const std::uint32_t> chosen);
+                              std::span<const std::uint32_t> chosen, Side side);
 
     /// Form factor from a point to the part of `to` that it sees above its horizon.
     double from_point(const glm::dvec3& point_m, const glm::dvec3& normal, const Polygon& to,
@@ -41,7 +44,7 @@ private:
         int depth = 0;
     };
     void aim(const Polygon& to, const glm::dvec3& normal, std::span<const Occluder> occluders,
-             std::span<const glm::dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen);
+             std::span<const glm::dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen, Side side);
     double seen_from(const glm::dvec3& point_m, double& all);
     void evaluate(Cell& cell);
     void subtract(const Flat& shadow);
