@@ -16,6 +16,8 @@ constexpr double gauss_2 = 0.21132486540518712;  // (1 - 1 / sqrt 3) / 2
 // How much of the difference between the middle and the mean, and of the range of the values, is taken for error. Calibrated
 // in tests/embree_backend/pairwise_test.cpp: the estimate covers the true error in more than 99 % of pairs.
 constexpr double of_middle = 0.5, of_range = 0.12;
+// What may lie between the points of a cell without touching one of them.
+constexpr double unseen = 0.03;
 constexpr int deepest = 12;
 constexpr std::size_t most_cells = 4096;
 
@@ -240,7 +242,7 @@ void Shadows::evaluate(Cell& cell) {
     }
     cell.visible = sum * area;
     cell.all = sum_all * area;
-    cell.error = cell.all * (of_middle * std::abs(middle_share - mean_share) + of_range * (highest - lowest));
+    cell.error = cell.all * (of_middle * std::abs(middle_share - mean_share) + of_range * (highest - lowest) + unseen * std::exp2(-2.0 * cell.depth));
 }
 
 ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, double unoccluded_m2, double tolerance_m2,
