@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "cli/choices.h"
+#include "cli/colour_notes.h"
 #include "cli/orientation.h"
 #include "cli/physical_memory.h"
 #include "core/building.h"
@@ -167,17 +167,8 @@ void warn_of_reflectances(const CheckedScene& checked, Report& report) {
 }
 
 void warn_of_colours(const CheckedScene& checked, Report& report) {
-    const auto warn = [&](const std::string& what, const Desaturation& desaturation) {
-        if (desaturation.saturation_kept < 1.0)
-            report.warn(
-                "the primaries \"{}\" cannot show the colour of {}: it is drawn towards grey by {:.4f} in CIE "
-                "x, y ({:.1f} % of its saturation kept)",
-                name_of(primaries_names, checked.scene.primaries), what, desaturation.chromaticity_shift,
-                100.0 * desaturation.saturation_kept);
-    };
-    for (const Material& material : checked.scene.materials)
-        warn(fmt::format("material \"{}\"", material.name), material.desaturation);
-    warn("the ground", checked.scene.ground.desaturation);
+    for (const std::string& note : colour_notes(checked.scene))
+        report.warn("{}", note);
 }
 
 void check_sensors(const CheckedScene& checked, Report& report) {

@@ -2,6 +2,7 @@
 #include <array>
 #include <string_view>
 
+#include "cli/options.h"
 #include "core/daylight.h"
 #include "core/scene.h"
 #include "hemicube_backend/hemicube_visibility.h"
@@ -31,7 +32,13 @@ inline constexpr std::array projection_surfaces{
 inline constexpr std::array cell_spacings{
     Choice{CellSpacing::equal_solid_angle, "equal_solid_angle"},
     Choice{CellSpacing::equal_form_factor, "equal_form_factor"},
+    Choice{CellSpacing::equal_plane_angle, "equal_plane_angle"},
     Choice{CellSpacing::uniform, "uniform"},
+};
+inline constexpr std::array rim_shares{
+    Choice{RimShare::left_out, "left_out"},
+    Choice{RimShare::renormalised, "renormalised"},
+    Choice{RimShare::strip, "strip"},
 };
 inline constexpr std::array direct_methods{
     Choice{DirectMethod::article, "article"},
@@ -47,6 +54,34 @@ inline constexpr std::array primaries_names{
     Choice{PrimariesName::srgb, "srgb"},
     Choice{PrimariesName::ebu, "ebu"},
     Choice{PrimariesName::p22, "p22"},
+    Choice{PrimariesName::smpte_c, "smpte_c"},
+    Choice{PrimariesName::trinitron_p22, "trinitron_p22"},
+    Choice{PrimariesName::custom, "custom"},
+};
+
+inline constexpr std::array tone_mappings{
+    Choice{ToneMapping::linear, "linear"},
+    Choice{ToneMapping::reinhard, "reinhard"},
+};
+inline constexpr std::array white_points{
+    Choice{WhitePoint::d65, "d65"},
+    Choice{WhitePoint::sky, "sky"},
+};
+inline constexpr std::array exposure_modes{
+    Choice{ExposureMode::automatic, "auto"},
+    Choice{ExposureMode::white, "white"},
+    Choice{ExposureMode::ev100, "ev100"},
+    Choice{ExposureMode::percentile, "percentile"},
+};
+
+inline constexpr std::array false_colour_quantities{
+    Choice{FalseColourQuantity::none, "none"},
+    Choice{FalseColourQuantity::luminance, "luminance"},
+    Choice{FalseColourQuantity::illuminance, "illuminance"},
+};
+inline constexpr std::array colour_scale_kinds{
+    Choice{ColourScaleKind::linear, "linear"},
+    Choice{ColourScaleKind::logarithmic, "logarithmic"},
 };
 
 /// The word for `value`, which must be among the choices.

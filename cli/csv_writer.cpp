@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -75,6 +76,15 @@ void add_values(Table& table, const Result& result, const PointIlluminance& poin
         .cell(daylight_factor_percent(result, point));
 }
 
+/// What the ERC is made of: after all other columns, whose order is fixed.
+const std::string erc_columns = ",erc_ground_lx,erc_buildings_lx";
+
+void add_erc(Table& table, const Result& result, const DirectIlluminance& direct) {
+    const double all_lx = result.primaries.luminous(direct.outdoor_lx.total());
+    const double ground_lx = result.primaries.luminous(direct.ground_lx.total());
+    table.cell(ground_lx).cell(std::max(0.0, all_lx - ground_lx));
+}
+
 /// As many empty cells: where there is no light to speak of, 0 lx would be a value.
 void add_no_values(Table& table) {
     constexpr int value_columns = 9;
@@ -97,7 +107,7 @@ std::string_view word(Medium medium) {
 }  // namespace
 
 std::string sensors_csv(const Result& result) {
-    Table table("id,set," + point_columns + ",medium");
+    Table table("id,set," + point_columns + ",medium" + erc_columns);
     for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
         const Sensor& sensor = result.solution.sensors[k];
         table.cell(std::string_view(sensor.id)).cell(std::string_view(result.scene.sensors[sensor.set].id));
@@ -107,18 +117,23 @@ std::string sensors_csv(const Result& result) {
         else
             add_values(table, result, result.solution.sensor_values[k]);
         table.cell(word(sensor.medium));
+        if (sensor.medium == Medium::solid)
+            table.cell(std::string_view()).cell(std::string_view());
+        else
+            add_erc(table, result, result.solution.sensor_values[k].direct);
         table.end_row();
     }
     return std::move(table).take();
 }
 
 std::string nodes_csv(const Result& result) {
-    Table table("id,face," + point_columns);
+    Table table("id,face," + point_columns + erc_columns);
     for (std::size_t k = 0; k < result.grid.nodes.size(); ++k) {
         const Node& node = result.grid.nodes[k];
         const Face& face = result.building.faces[index(node.face)];
         table.cell(k).cell(std::string_view(face.name)).cell(node.position_m).cell(face.normal);
         add_values(table, result, result.solution.nodes[k]);
+        add_erc(table, result, result.solution.nodes[k].direct);
         table.end_row();
     }
     return std::move(table).take();
@@ -129,7 +144,8 @@ std::string patches_csv(const Result& result) {
         "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,erc_lx,"
         "irc_lx,"
         "total_lx,total_r_lx,total_g_lx,total_b_lx,exitance_lm_m2,exitance_r_lm_m2,exitance_g_lm_m2,exitance_"
-        "b_lm_m2");
+        "b_lm_m2" +
+        erc_columns);
     for (std::size_t k = 0; k < result.grid.gather_patch_count; ++k) {
         const Patch& patch = result.grid.patches[k];
         const Face& face = result.building.faces[index(patch.face)];
@@ -157,6 +173,7 @@ std::string patches_csv(const Result& result) {
             .cell(total_lx)
             .cell(primaries.luminous(exitance_lm_m2))
             .cell(exitance_lm_m2);
+        add_erc(table, result, direct);
         table.end_row();
     }
     return std::move(table).take();

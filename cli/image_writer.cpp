@@ -3,18 +3,15 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <span>
 #include <stdexcept>
 
 namespace naturel {
 namespace {
 
-OIIO::ImageSpec make_spec(const Picture& picture, int channels, OIIO::TypeDesc format,
+OIIO::ImageSpec make_spec(int width, int height, int channels, OIIO::TypeDesc format,
                           const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec(picture.width, picture.height, channels, format);
+    OIIO::ImageSpec spec(width, height, channels, format);
     for (const auto& [name, text] : metadata)
         spec.attribute(name, text);
     // OpenImageIO would put the clock's time here, and equal runs must give equal bytes.
@@ -41,7 +38,7 @@ std::string encode(const char* file_name, const OIIO::ImageSpec& spec, OIIO::Typ
 }  // namespace
 
 std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec = make_spec(picture, 4, OIIO::TypeDesc::FLOAT, metadata);
+    OIIO::ImageSpec spec = make_spec(picture.width, picture.height, 4, OIIO::TypeDesc::FLOAT, metadata);
     spec.channelnames = {"R", "G", "B", "Y"};
     spec.alpha_channel = -1;
     spec.attribute("compression", "zip");
@@ -62,32 +59,22 @@ std::string encode_exr(const Picture& picture, const Primaries& primaries, const
     return encode("picture.exr", spec, OIIO::TypeDesc::FLOAT, pixels.data());
 }
 
-double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries) {
-    std::vector<double> luminance;
-    luminance.reserve(picture.luminance_cd_m2.size());
-    for (const Band3& band : picture.luminance_cd_m2)
-        luminance.push_back(primaries.luminous(band));
-    std::ranges::sort(luminance);
-    if (luminance.empty() || luminance.back() <= 0.0) return 1.0;
-    const double percentile = luminance[(luminance.size() - 1) * 99 / 100];
-    const double median = luminance[luminance.size() / 2];
-    // A fifth of white is middle grey on an sRGB screen.
-    const double white = std::min(percentile, 5.0 * median);
-    return white > 0.0 ? white : luminance.back();
-}
-
-std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,
-                       const ImageMetadata& metadata) {
-    OIIO::ImageSpec spec = make_spec(picture, 3, OIIO::TypeDesc::UINT8, metadata);
+std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metadata) {
+    OIIO::ImageSpec spec = make_spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8, metadata);
     spec.attribute("oiio:ColorSpace", "sRGB");
     std::vector<std::uint8_t> pixels;
-    pixels.reserve(picture.luminance_cd_m2.size() * 3);
-    for (const Band3& band : picture.luminance_cd_m2) {
-        const glm::dvec3 linear = linear_srgb(primaries, (1.0 / white_luminance_cd_m2) * band);
-        for (const double value : {linear.x, linear.y, linear.z})
-            pixels.push_back(static_cast<std::uint8_t>(std::lround(255.0 * srgb_curve(value))));
-    }
+    pixels.reserve(picture.linear_srgb.size() * 3);
+    for (const glm::dvec3& colour : picture.linear_srgb)
+        for (const std::uint8_t byte : srgb8(colour))
+            pixels.push_back(byte);
     return encode("picture.png", spec, OIIO::TypeDesc::UINT8, pixels.data());
+}
+
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata) {
+    OIIO::ImageSpec spec = make_spec(raster.width, raster.height, 3, OIIO::TypeDesc::UINT8, metadata);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    static_assert(sizeof(Rgb8) == 3);
+    return encode("raster.png", spec, OIIO::TypeDesc::UINT8, raster.pixels.data());
 }
 
 }  // namespace naturel

@@ -3,8 +3,10 @@
 #include <utility>
 #include <vector>
 
+#include "cli/raster.h"
 #include "core/colour.h"
 #include "core/picture.h"
+#include "core/tone_mapping.h"
 
 namespace naturel {
 
@@ -16,13 +18,10 @@ using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 /// half: a clear sky close to the sun exceeds the 65504 of half.
 std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata);
 
-/// The luminance that an automatic exposure shows as white: the 99th percentile of the pixels, or five times their median
-/// where that is less, as in a room whose window shows the sky: half of the picture is at least middle grey then.
-/// The largest luminance when that is 0, and 1 for a black picture.
-double white_luminance_cd_m2(const Picture& picture, const Primaries& primaries);
-
 /// Bytes of a PNG file, 8-bit sRGB.
-std::string encode_png(const Picture& picture, const Primaries& primaries, double white_luminance_cd_m2,
-                       const ImageMetadata& metadata);
+std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metadata);
+
+/// Bytes of a PNG file of what has been drawn.
+std::string encode_png(const Raster& raster, const ImageMetadata& metadata);
 
 }  // namespace naturel

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/choices.h"
+#include "cli/colour_notes.h"
 #include "cli/json_text.h"
 
 namespace naturel {
@@ -18,6 +19,12 @@ Json json_of(const Statistics& statistics) {
             {"max", statistics.max}};
 }
 
+Json primaries_json(const PrimariesDescription& primaries) {
+    if (primaries.name != PrimariesName::custom) return name_of(primaries_names, primaries.name);
+    const auto xy = [](const Chromaticity& c) { return Json{c.x, c.y}; };
+    return {{"red", xy(primaries.custom[0])}, {"green", xy(primaries.custom[1])}, {"blue", xy(primaries.custom[2])}};
+}
+
 Json options_json(const Result& result) {
     const Scene& scene = result.scene;
     const DaylightOptions& daylight = result.options.daylight;
@@ -29,7 +36,9 @@ Json options_json(const Result& result) {
                  {"grid_refine_contrast", scene.grid.refine.contrast},
                  {"direct_method", name_of(direct_methods, scene.direct.method)},
                  {"direct_tolerance", scene.direct.tolerance},
-                 {"primaries", name_of(primaries_names, scene.primaries)},
+                 {"ground_shadows", scene.ground.shadows},
+                 {"outdoor_interreflections", scene.outdoors.interreflections},
+                 {"primaries", primaries_json(scene.primaries)},
                  {"sensor_irc", name_of(indirect_methods, daylight.sensor_indirect)},
                  {"node_irc", name_of(indirect_methods, daylight.node_indirect)},
                  {"form_factor_repair", name_of(form_factor_repairs, daylight.form_factors.repair)},
@@ -118,15 +127,21 @@ Json quality_json(const Result& result) {
               {"relative_gap", flux.relative_gap}}}};
 }
 
-const std::vector<std::string> assumptions{
+std::vector<std::string> assumptions(const Scene& scene) {
+    std::vector<std::string> list{
     "Every opaque surface reflects diffusely (Lambert), glazing transmits without scattering.",
-    "Sky and sun have the colour of D65.",
-    "The ground is an infinite diffuse plane lit by the unobstructed sky and sun.",
-    "Outdoor surfaces reflect once; light from indoors does not reach them.",
+    light_colour_note(scene),
+    "The ground is an infinite diffuse plane, lit by the unobstructed sky and sun unless ground_shadows is set.",
+    "Outdoor surfaces reflect once and then as often as outdoor_interreflections says; light from indoors does not reach them.",
     "The daylight factor counts light from the sky alone, reflected light included; the sun is left out on "
     "both sides.",
     "Photometric values are the CIE luminance of the three bands in the primaries named under options.",
-};
+    };
+    // Numbers stay those of the scene: what became of a colour is an assumption of the run.
+    for (const std::string& note : colour_notes(scene))
+        list.push_back("T" + note.substr(1) + ".");
+    return list;
+}
 
 }  // namespace
 
@@ -137,17 +152,20 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
     Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},
-                            {"file", view.file_stem + ".exr"},
-                            {"png_white_cd_m2", view.white_luminance_cd_m2}});
-        files.push_back(view.file_stem + ".exr");
-        files.push_back(view.file_stem + ".png");
+                            {"file", view.files.front()},
+                            {"png_white_cd_m2", view.white_luminance_cd_m2},
+                            {"png_exposure", name_of(exposure_modes, view.options.exposure.mode)},
+                            {"png_tone_mapping", name_of(tone_mappings, view.options.tone_mapping)},
+                            {"png_white_point", name_of(white_points, view.options.white_point)}});
+        for (const std::string& file : view.files)
+            files.push_back(file);
     }
     return json_text({{"naturel", NATUREL_VERSION},
                     {"scene", scene_json(result.scene, result.options.scene)},
                     {"backend",
                      backend_json({std::string(result.visibility.name()), result.visibility.settings()})},
                     {"options", options_json(result)},
-                    {"assumptions", assumptions},
+                    {"assumptions", assumptions(result.scene)},
                     {"counts",
                      {{"faces", result.building.faces.size()},
                       {"facets", result.building.facets.size()},

@@ -11,8 +11,9 @@ namespace naturel {
 /// A picture that was written, for the summary.
 struct WrittenView {
     std::string id;
-    std::string file_stem;               ///< "views/from_the_door"; .exr and .png follow
+    std::vector<std::string> files;      ///< EXR, PNG and, if asked for, PNG in false colour
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
+    PictureOptions options{};
 };
 
 /// One stage of a run and how long it took.

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/picture_reader.h"
 
 namespace naturel {
 namespace {
@@ -58,9 +59,9 @@ CLI::Validator ray_count() {
 }
 
 /// A square of half side d at height h catches (4 / pi) s atan(s) of the view, s = (d/h) / sqrt(1 + (d/h)^2):
-/// 24 % at d/h = 0.5.
+/// 1.3 % at d/h = 0.1.
 CLI::Validator half_side() {
-    constexpr double least = 0.5, most = 1e4;
+    constexpr double least = 0.1, most = 1e4;
     return CLI::Validator(
         [=](std::string& text) {
             double value = 0.0;
@@ -70,18 +71,6 @@ CLI::Validator half_side() {
                              "\"{}\" is not a number from {} to {} (on a smaller plane its rim would hold most "
                              "of the view)",
                              text, least, most);
-        },
-        "", "");
-}
-
-/// Cells along a side come in pairs, so that the centre of the square is a corner of four cells.
-CLI::Validator even() {
-    return CLI::Validator(
-        [](std::string& text) {
-            int value = 0;
-            return CLI::detail::lexical_cast(text, value) && value % 2 == 0
-                       ? std::string()
-                       : fmt::format("\"{}\" is not an even number", text);
         },
         "", "");
 }
@@ -167,6 +156,27 @@ private:
     std::vector<Field> fields_;
 };
 
+/// "auto", or a way to expose and its value: "white=500".
+CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
+    const auto take = [&exposure](const std::string& text) {
+        const std::size_t sign = std::min(text.find('='), text.size());
+        const auto way = std::ranges::find(exposure_modes, text.substr(0, sign), &Choice<ExposureMode>::name);
+        double value = 0.0;
+        const bool plain = sign == text.size();
+        if (way == exposure_modes.end() || plain != (way->value == ExposureMode::automatic) ||
+            (!plain && !CLI::detail::lexical_cast(text.substr(sign + 1), value)))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is not an exposure (auto, white=CD_M2, ev100=EV or percentile=PERCENT)", text));
+        const Range range = exposure_range(way->value);
+        if (!(value >= range.low && value <= range.high))
+            throw CLI::ValidationError(
+                "--exposure", fmt::format("\"{}\" is out of range ({} would be right)", text, range.words()));
+        exposure = Exposure{way->value, value};
+    };
+    return app.add_option_function<std::string>("--exposure", take, "luminance shown as white in PNG files")
+        ->type_name("auto|white=CD_M2|ev100=EV|percentile=PERCENT");
+}
+
 void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_scene(app, options.scene);
     app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
@@ -218,6 +228,31 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->type_name("X")
         ->check(within(1e-6, 0.5))
         ->group(scene_group);
+
+    add_exposure(app, options.exposure)->group(scene_group);
+    add_choice(app, "--tone-mapping", options.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
+        ->group(scene_group);
+    add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
+        ->group(scene_group);
+
+    constexpr auto false_colour_group = "False colour (views/false_colour)";
+    add_choice(app, "--false-colour", options.false_colour.quantity, false_colour_quantities,
+               "draw what the views show in false colour, too")
+        ->default_str(std::string(name_of(false_colour_quantities, options.false_colour.quantity)))
+        ->group(false_colour_group);
+    add_choice(app, "--false-colour-scale", options.false_colour.scale, colour_scale_kinds, "of the colours")
+        ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
+        ->group(false_colour_group);
+    app.add_option("--false-colour-max", options.false_colour.maximum,
+                   "upper end of the scale, cd/m2 or lx; unless given a round value that leaves windows and sun spots above it")
+        ->type_name("X")
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+    app.add_option("--contours", options.false_colour.contours, "values at which lines are drawn, parted by commas")
+        ->type_name("X,X,...")
+        ->delimiter(',')
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
 
     constexpr auto light_group = "Interreflection";
     accuracy
@@ -275,11 +310,10 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->group(hemicube_group);
     accuracy
         .add(app.add_option("--cells", hemicube.resolution,
-                            "cells along a side of the square or of the top of the hemi-cube; even"),
+                            "cells along a side of the square or of the top of the hemi-cube"),
              hemicube.resolution, &QualityPreset::cells)
         ->type_name("N")
-        ->check(within(2, 4096))
-        ->check(even())
+        ->check(within(1, 4096))
         ->group(hemicube_group);
     app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
         ->type_name("X")
@@ -287,6 +321,14 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->group(hemicube_group);
     add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
         ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
+        ->group(hemicube_group);
+    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
+        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
+        ->group(hemicube_group);
+    app.add_option("--viewpoints", hemicube.viewpoints,
+                   "points of a patch from which its form factors are taken; 1: its centroid")
+        ->type_name("N")
+        ->check(within(1, 4096))
         ->group(hemicube_group);
     app.add_flag_callback(
            "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },

@@ -8,8 +8,19 @@
 #include "cli/exit_codes.h"
 #include "cli/quality.h"
 #include "core/daylight.h"
+#include "core/false_colour.h"
 
 namespace naturel {
+
+/// What the false-colour pictures of the views show.
+enum class FalseColourQuantity { none, luminance, illuminance };
+
+struct FalseColour {
+    FalseColourQuantity quantity = FalseColourQuantity::none;
+    ColourScaleKind scale = ColourScaleKind::linear;
+    std::optional<double> maximum;  ///< default: round, and at least what an automatic exposure would show as white
+    std::vector<double> contours;
+};
 
 /// `naturel run SCENE`
 struct RunOptions {
@@ -30,6 +41,11 @@ struct RunOptions {
     std::optional<double> grid_spacing_m;
     std::optional<DirectMethod> direct_method;
     std::optional<double> direct_tolerance;
+    std::optional<Exposure> exposure;
+    std::optional<ToneMapping> tone_mapping;
+    std::optional<WhitePoint> white_point;
+
+    FalseColour false_colour;
 };
 
 /// `naturel check SCENE`

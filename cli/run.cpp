@@ -9,7 +9,10 @@
 #include <cstdio>
 #include <set>
 
+#include "cli/choices.h"
+#include "cli/colour_notes.h"
 #include "cli/csv_writer.h"
+#include "cli/false_colour.h"
 #include "cli/file_writer.h"
 #include "cli/forecast.h"
 #include "cli/image_writer.h"
@@ -57,6 +60,11 @@ Scene read_scene_with_overrides(const RunOptions& options) {
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
+    for (View& view : scene.views) {
+        if (options.exposure) view.picture.exposure = *options.exposure;
+        if (options.tone_mapping) view.picture.tone_mapping = *options.tone_mapping;
+        if (options.white_point) view.picture.white_point = *options.white_point;
+    }
     return scene;
 }
 
@@ -108,6 +116,33 @@ ImageMetadata image_metadata(const Result& result, const View& view) {
         {"naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad))}};
 }
 
+/// The view in false colour with a legend; PNG.
+std::string false_colour_png(const Result& result, const View& view, const Picture& picture, ImageMetadata metadata) {
+    const FalseColour& wanted = result.options.false_colour;
+    const bool luminance = wanted.quantity == FalseColourQuantity::luminance;
+    std::vector<double> field, known;
+    for (const Band3& band : luminance ? picture.luminance_cd_m2 : picture.illuminance_lx) {
+        field.push_back(result.primaries.luminous(band));
+        if (std::isfinite(field.back())) known.push_back(field.back());
+    }
+    std::optional<double> maximum = wanted.maximum;
+    if (!maximum) {
+        // As for the automatic exposure: the window or a spot of sun would leave one colour to the rest of the room.
+        const double bright = white_luminance_cd_m2(std::move(known), {});
+        maximum = round_maximum({&bright, 1});
+    }
+    const std::string unit = luminance ? "cd/m²" : "lx";
+    metadata.emplace_back("naturel:unit", luminance ? "cd/m2" : "lx");
+    return encode_png(draw_false_colour(field, view.width, view.height,
+                                        {.title = fmt::format("{}: {} in {}", view.id,
+                                                              luminance ? "luminance" : "illuminance of surfaces", unit),
+                                         .unit = unit,
+                                         .scale = wanted.scale,
+                                         .maximum = maximum,
+                                         .contours = wanted.contours}),
+                      metadata);
+}
+
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder,
                                      Progress& progress) {
     std::vector<WrittenView> written;
@@ -116,14 +151,22 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
         const View& view = result.scene.views[k];
         const Picture picture = draw_view(result.scene, result.building, result.grid, result.visibility,
                                           result.solution, view, progress);
-        const double white = white_luminance_cd_m2(picture, result.primaries);
+        const ScreenPicture screen = map_to_screen(picture, result.primaries, view.picture,
+                                                   result.solution.outdoors.sky_colour);
         ImageMetadata metadata = image_metadata(result, view);
+        std::vector<std::string> files{"views/" + stems[k] + ".exr", "views/" + stems[k] + ".png"};
+        if (result.options.false_colour.quantity != FalseColourQuantity::none) {
+            files.push_back("views/false_colour/" + stems[k] + ".png");
+            write_file(folder / files.back(), false_colour_png(result, view, picture, metadata));
+        }
         metadata.emplace_back("naturel:unit", "cd/m2");
         write_file(folder / "views" / (stems[k] + ".exr"), encode_exr(picture, result.primaries, metadata));
-        metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", white)};
+        metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", screen.white_luminance_cd_m2)};
+        metadata.emplace_back("naturel:tone_mapping",
+                              std::string(name_of(tone_mappings, view.picture.tone_mapping)));
         write_file(folder / "views" / (stems[k] + ".png"),
-                   encode_png(picture, result.primaries, white, metadata));
-        written.push_back({view.id, "views/" + stems[k], white});
+                   encode_png(screen, metadata));
+        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture});
     }
     return written;
 }
@@ -267,8 +310,12 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
+        if (!scene.views.empty() && options.false_colour.quantity != FalseColourQuantity::none)
+            make_writable_folder(options.out / backend.name / "views" / "false_colour");
     }
     remove_results_of_earlier_run(options.out);
+    for (const std::string& note : colour_notes(scene))
+        print(stderr, "warning: " + note + "\n");
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
     choose_grid_spacing(scene, building, options.quality);

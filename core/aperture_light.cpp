@@ -38,7 +38,15 @@ bool covers(const Opening::Part& part, const glm::dvec3& point_m) {
     return true;
 }
 
-double mean_of_bands(const Band3& band) { return (band.r + band.g + band.b) / 3.0; }
+/// Whether any of an opening lies on the outer side of another's plane.
+bool reaches_behind(const Opening& opening, const Opening& plane) {
+    for (const Opening::Part& part : opening.parts) {
+        for (const glm::dvec3& vertex : part.vertices_m) {
+            if (plane.height_m(vertex) < -edge_slack_m) return true;
+        }
+    }
+    return false;
+}
 
 double distance_to_plane_m(const Facet& facet, const glm::dvec3& from_m, const glm::dvec3& direction) {
     return glm::dot(facet.normal, facet.vertices_m.front() - from_m) / glm::dot(facet.normal, direction);
@@ -61,8 +69,6 @@ std::optional<double> Opening::crossing_m(const glm::dvec3& from_m, const glm::d
     return distance;
 }
 
-double IncomingLight::mean() const { return mean_of_bands(sky + outdoor.total()); }
-
 ApertureLight::ApertureLight(const Scene& scene, const Building& building, const PatchGrid& grid,
                              const OutdoorLight& outdoors)
     : building_(building), grid_(grid), outdoors_(outdoors) {
@@ -70,47 +76,64 @@ ApertureLight::ApertureLight(const Scene& scene, const Building& building, const
     for (const Aperture& aperture : building.apertures) {
         openings_.push_back(make_opening(scene, building, aperture));
     }
+    // A ray through both crosses one of them behind the plane of the other. An inner one may be crossed either way.
+    companions_.resize(openings_.size());
+    for (std::size_t a = 0; a < openings_.size(); ++a) {
+        for (std::size_t b = 0; b < openings_.size(); ++b) {
+            if (a == b) continue;
+            if (openings_[b].inner || reaches_behind(openings_[a], openings_[b]) || reaches_behind(openings_[b], openings_[a])) {
+                companions_[a].push_back(b);
+            }
+        }
+    }
+}
+
+ApertureLight::Crossings ApertureLight::crossings(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
+                                                  std::size_t through) const {
+    Crossings found;
+    if (companions_[through].empty()) return found;
+    const Opening& own = openings_[through];
+    const double own_distance = -own.height_m(from_m) / glm::dot(own.normal, direction);
+    const double end = seen == FacetId::none
+                           ? std::numeric_limits<double>::infinity()
+                           : distance_to_plane_m(building_.facets[index(seen)], from_m, direction);
+    for (const std::size_t k : companions_[through]) {
+        const Opening& other = openings_[k];
+        const auto distance = other.crossing_m(from_m, direction);
+        if (!distance || *distance >= end) continue;
+        if (!other.inner && (*distance < own_distance || (*distance == own_distance && k < through))) {
+            found.counted_elsewhere = true;
+            return found;
+        }
+        const double slope = std::abs(glm::dot(other.normal, direction));
+        found.transmittance = found.transmittance * other.glazing.transmittance(std::min(1.0, slope));
+        found.signature = 31 * found.signature + static_cast<std::uint32_t>(k) + 1;
+    }
+    return found;
+}
+
+std::uint32_t ApertureLight::source_along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
+                                          std::size_t through) const {
+    const std::uint32_t source = source_id(building_, direction, seen);
+    if (source == 0 || companions_[through].empty()) return source;
+    const Crossings crossed = crossings(from_m, direction, seen, through);
+    if (crossed.counted_elsewhere) return 0;
+    // Faces are numbered from 0, sets of apertures from the top.
+    return source ^ (crossed.signature << 20);
 }
 
 IncomingLight ApertureLight::along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
                                    std::size_t through) const {
-    IncomingLight light;
-    light.seen = seen;
-    bool is_sky = false;
-    const LightBySource luminance =
-        outdoor_luminance(outdoors_, building_, grid_, from_m, direction, seen, &is_sky);
-    const double source_luminance = mean_of_bands(luminance.total());
-    if (source_luminance == 0.0) return light;
-
+    const OutdoorSource source = outdoor_source(building_, direction, seen);
+    if (source == OutdoorSource::dark) return {};
     const Opening& own = openings_[through];
-    const double own_slope = glm::dot(own.normal, direction);
-    Band3 transmittance = own.glazing.transmittance(std::min(1.0, std::abs(own_slope)));
-    int crossed = 1;
-    if (openings_.size() > 1) {
-        const double own_distance = -own.height_m(from_m) / own_slope;
-        const double end = seen == FacetId::none
-                               ? std::numeric_limits<double>::infinity()
-                               : distance_to_plane_m(building_.facets[index(seen)], from_m, direction);
-        for (std::size_t k = 0; k < openings_.size(); ++k) {
-            const Opening& other = openings_[k];
-            const auto distance = k == through ? std::nullopt : other.crossing_m(from_m, direction);
-            if (!distance || *distance >= end) continue;
-            if (!other.inner && (*distance < own_distance || (*distance == own_distance && k < through))) {
-                return light;
-            }
-            const double slope = std::abs(glm::dot(other.normal, direction));
-            transmittance = transmittance * other.glazing.transmittance(std::min(1.0, slope));
-            ++crossed;
-        }
-    }
-    light.source_luminance = source_luminance;
-    light.apertures_crossed = crossed;
-    if (is_sky) {
-        light.sky = transmittance * luminance.sky;
-    } else {
-        light.outdoor = {transmittance * luminance.sky, transmittance * luminance.other};
-    }
-    return light;
+    const Crossings crossed = crossings(from_m, direction, seen, through);
+    if (crossed.counted_elsewhere) return {};
+    const Band3 transmittance =
+        own.glazing.transmittance(std::min(1.0, std::abs(glm::dot(own.normal, direction)))) * crossed.transmittance;
+    const LightBySource luminance = outdoor_luminance(outdoors_, building_, grid_, from_m, direction, seen);
+    if (source == OutdoorSource::sky) return {.sky = transmittance * luminance.sky};
+    return {.outdoor = transmittance * luminance, .from_ground = source == OutdoorSource::ground};
 }
 
 Band3 ApertureLight::sun_lx(const GatherPoint& point, const Visibility& visibility) const {
@@ -130,7 +153,7 @@ Band3 ApertureLight::sun_lx(const GatherPoint& point, const Visibility& visibili
     FacetId seen{};
     visibility.first_seen(point, {&sun, 1}, {&seen, 1});
     if (seen != FacetId::none) return {};
-    return (outdoors_.direct_normal_illuminance_lx * cos_incidence) * transmittance;
+    return (outdoors_.direct_normal_illuminance_lx * cos_incidence) * (outdoors_.sun_colour * transmittance);
 }
 
 }  // namespace naturel

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/directional_light.h"
 #include "core/glazing.h"
 #include "core/outdoors.h"
 
@@ -31,41 +32,41 @@ struct Opening {
     std::optional<double> crossing_m(const glm::dvec3& from_m, const glm::dvec3& direction) const;
 };
 
-/// Luminance that reaches a point indoors along one ray through an exterior aperture, cd/m2.
-struct IncomingLight {
-    Band3 sky;              ///< straight from the sky
-    LightBySource outdoor;  ///< from the ground or an outdoor facet
-
-    // Two rays with the same origin bring light that differs smoothly; between others there is an edge.
-    FacetId seen = FacetId::none;
-    double source_luminance = 0.0;  ///< mean of the bands before glazing; 0: blocked, or counted at another aperture
-    int apertures_crossed = 0;
-
-    /// Mean of the bands: what the errors of numerical integration are measured with.
-    double mean() const;
-};
-
 /// What comes in through the apertures of a building along given rays. Refers to its arguments: keep them alive.
-class ApertureLight {
+class ApertureLight final : public DirectionalLight {
 public:
     ApertureLight(const Scene& scene, const Building& building, const PatchGrid& grid, const OutdoorLight& outdoors);
 
     std::span<const Opening> openings() const { return openings_; }  ///< in the order of Building::apertures
-    const OutdoorLight& outdoors() const { return outdoors_; }
+    const OutdoorLight& outdoors() const override { return outdoors_; }
 
     /// Light along a ray that leaves through the exterior aperture `through` and on which first_seen() said `seen`.
     /// It counts at the first exterior aperture it crosses, and is zero at any further one, so that nothing counts
     /// twice; every aperture it crosses takes its share, indoors and outdoors, up to the opaque facet it meets.
-    IncomingLight along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, std::size_t through) const;
+    IncomingLight along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
+                        std::size_t through) const override;
+
+    /// The source is dark where along() counts the light at another aperture.
+    std::uint32_t source_along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
+                               std::size_t through) const override;
 
     /// Illuminance from the sun, lx. Asks for visibility only where the ray to the sun leaves through an aperture.
     Band3 sun_lx(const GatherPoint& point, const Visibility& visibility) const;
 
 private:
+    struct Crossings {
+        bool counted_elsewhere = false;
+        Band3 transmittance = grey(1.0);  ///< of all apertures but `through`
+        std::uint32_t signature = 0;      ///< which ones they are
+    };
+    Crossings crossings(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, std::size_t through) const;
+
     const Building& building_;
     const PatchGrid& grid_;
     const OutdoorLight& outdoors_;
     std::vector<Opening> openings_;
+    /// [openings] those that a ray out through this one can cross, too: not its neighbours in one wall.
+    std::vector<std::vector<std::size_t>> companions_;
 };
 
 }  // namespace naturel

@@ -168,8 +168,8 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
         const Sensor& sensor = sensors[s];
         PointIlluminance& value = values[s];
         if (sensor.medium == Medium::outdoor_air) {
-            const OutdoorIlluminance open = outdoor_illuminance(outdoors, building, grid, visibility, sensor.point);
-            value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx};
+            const OutdoorIlluminance open = outdoor_illuminance(outdoors, building, grid, visibility, sensor.point, scene.direct.tolerance);
+            value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx, open.ground_lx};
         } else if (sensor.medium == Medium::indoor_air) {
             value.direct = direct.at(sensor.point);
             const PatchId under = options.sensor_indirect == IndirectMethod::patch ? patch_under(building, grid, sensor.point)
@@ -214,6 +214,7 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
             const DirectIlluminance& corner = solution.nodes[index(corners[k])].direct;
             mean.sky_lx += weights[k] * corner.sky_lx;
             mean.outdoor_lx += weights[k] * corner.outdoor_lx;
+            mean.ground_lx += weights[k] * corner.ground_lx;
         }
         if (grid.follows_zones) {
             if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];

@@ -46,7 +46,7 @@ DirectIlluminance DirectLight::at(const GatherPoint& point) const {
 
 DirectIlluminance DirectLight::without_sun(const GatherPoint& point) const {
     const SkyAndOutdoors found = implementation_->sky_and_outdoors(point);
-    return {.sky_lx = found.sky_lx, .sun_lx = {}, .outdoor_lx = found.outdoor_lx};
+    return {.sky_lx = found.sky_lx, .sun_lx = {}, .outdoor_lx = found.outdoor_lx, .ground_lx = found.ground_lx};
 }
 
 void DirectLight::sun_at(std::span<const glm::dvec3> positions_m, const glm::dvec3& normal,

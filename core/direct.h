@@ -12,6 +12,7 @@ struct DirectIlluminance {
     Band3 sky_lx{};             ///< sky component
     Band3 sun_lx{};             ///< straight from the sun
     LightBySource outdoor_lx{}; ///< externally reflected component (ERC): ground and outdoor facets
+    LightBySource ground_lx{};  ///< the ground's part of it
 
     LightBySource by_source() const { return {sky_lx + outdoor_lx.sky, sun_lx + outdoor_lx.other}; }
 };

@@ -32,7 +32,7 @@ LightZones find_light_zones(const Scene& scene, const Building& building) {
     if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
         return find_light_zones(scene, building, nullptr);
     const SunBeam sun{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
-                      scene.sun->direct_normal_illuminance_lx};
+                      scene.sun->direct_normal_illuminance_lx, scene.sun->colour.band};
     return find_light_zones(scene, building, &sun);
 }
 

@@ -26,6 +26,7 @@ struct LightZones {
 struct SunBeam {
     glm::dvec3 direction{0, 0, 1};  ///< unit, towards the sun
     double direct_normal_illuminance_lx = 0.0;
+    Band3 colour = grey(1.0);  ///< bands of its light of illuminance 1
 };
 
 /// Exact for sunspots. Umbra zones are cautious: what several occluders hide only together may be missing, what is in

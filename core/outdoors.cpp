@@ -1,88 +1,316 @@
 #include "core/outdoors.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
+#include <tuple>
 
+#include "core/direct_integrators.h"
+#include "core/directional_light.h"
 #include "core/parallel.h"
 #include "core/sun.h"
 
 namespace naturel {
 namespace {
 
-/// Side of the square of stratified directions: 32 x 32 = 1024.
-constexpr std::size_t strata = 32;
-constexpr std::size_t direction_count = strata * strata;
+/// Corners are gathered for this far inside their patches, so that none sits inside a neighbouring wall.
+constexpr double inwards_m = 1e-3;
 
-/// Directions about +z of equal projected solid angle, pi / 1024 each: the centres of the cells of a square, by the
-/// concentric map to the unit disc (Shirley & Chiu 1997) lifted to the hemisphere.
-std::array<glm::dvec3, direction_count> cosine_weighted_directions() {
-    std::array<glm::dvec3, direction_count> directions;
-    for (std::size_t i = 0; i < direction_count; ++i) {
-        const double x = (2.0 * static_cast<double>(i % strata) + 1.0) / strata - 1.0;
-        const double y = (2.0 * static_cast<double>(i / strata) + 1.0) / strata - 1.0;
-        const bool x_leads = std::abs(x) > std::abs(y);
-        const double radius = x_leads ? x : y;
-        const double angle = x_leads ? pi / 4.0 * (y / x) : pi / 2.0 - pi / 4.0 * (x / y);
-        directions[i] = {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(1.0 - radius * radius)};
-    }
-    return directions;
+LightBySource ground_luminance(const Ground& ground, const OutdoorLight& light) {
+    const double sun_lx = light.direct_normal_illuminance_lx * light.sun_direction.z;
+    return {(light.sky.horizontal_illuminance().value / pi) * (light.sky_colour * ground.reflectance),
+            (sun_lx / pi) * (light.sun_colour * ground.reflectance)};
 }
 
-LightBySource ground_luminance(const Ground& ground, const Sky& sky, double direct_normal_illuminance_lx,
-                               const glm::dvec3& sun_direction) {
-    const double sun_lx = direct_normal_illuminance_lx * sun_direction.z;
-    return {(sky.horizontal_illuminance().value / pi) * ground.reflectance, (sun_lx / pi) * ground.reflectance};
+/// A place where corners of patches of one face meet.
+struct OutdoorNode {
+    FaceId face{};
+    GatherPoint point{};
+    double sun_share = 0.0;  ///< of the sun's light, mean of the patches around
+};
+
+constexpr std::size_t no_node = ~std::size_t{0};
+
+struct OutdoorNodes {
+    std::vector<OutdoorNode> nodes;
+    std::vector<std::size_t> node_of_corner;  ///< [corner_positions_m]; no_node: not of an outdoor patch
+};
+
+OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid) {
+    struct Corner {
+        FaceId face;
+        std::array<std::int64_t, 3> place_um;
+        std::size_t corner, patch;
+    };
+    std::vector<Corner> corners;
+    for (std::size_t p = grid.gather_patch_count; p < grid.patches.size(); ++p) {
+        const Patch& patch = grid.patches[p];
+        for (std::size_t k = patch.first_corner; k < patch.first_corner + patch.corner_count; ++k) {
+            const glm::dvec3& at = grid.corner_positions_m[k];
+            corners.push_back({patch.face, {std::llround(at.x * 1e6), std::llround(at.y * 1e6), std::llround(at.z * 1e6)}, k, p});
+        }
+    }
+    std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+        return std::tie(a.face, a.place_um, a.corner) < std::tie(b.face, b.place_um, b.corner);
+    });
+    OutdoorNodes found;
+    found.node_of_corner.resize(grid.corner_positions_m.size(), no_node);
+    for (std::size_t i = 0; i < corners.size();) {
+        const glm::dvec3 at = grid.corner_positions_m[corners[i].corner];
+        glm::dvec3 inwards{};
+        std::size_t end = i;
+        for (; end < corners.size() && corners[end].face == corners[i].face && corners[end].place_um == corners[i].place_um; ++end) {
+            const glm::dvec3 to_centroid = grid.patches[corners[end].patch].centroid_m - at;
+            inwards += std::min(0.1, inwards_m / std::max(1e-12, glm::length(to_centroid))) * to_centroid;
+            found.node_of_corner[corners[end].corner] = found.nodes.size();
+        }
+        const glm::dvec3& normal = building.faces[index(corners[i].face)].normal;
+        found.nodes.push_back({corners[i].face, {at + inwards, normal}});
+        i = end;
+    }
+    return found;
 }
 
-}  // namespace
-
-LightBySource outdoor_luminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
-                                const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, bool* is_sky) {
-    if (is_sky) *is_sky = seen == FacetId::none && direction.z >= 0.0;
-    if (seen == FacetId::none) {
-        if (direction.z < 0.0) return light.ground_luminance_cd_m2;
-        return {grey(light.sky.luminance(direction).value), {}};
-    }
-    const Facet& facet = building.facets[index(seen)];
-    const double slope = glm::dot(facet.normal, direction);
-    if (facet.environment == Environment::indoor || facet.is_aperture || slope >= 0.0) return {};
-    const double distance = glm::dot(facet.normal, facet.vertices_m.front() - from_m) / slope;
-    const PatchId patch = grid.patch_at(facet.face, from_m + distance * direction);
-    return patch == PatchId::none ? LightBySource{} : light.patch_luminance_cd_m2[index(patch)];
+/// Whether the sun shines on a point, 1 or 0.
+double sees_sun(const OutdoorLight& light, const Visibility& visibility, const GatherPoint& point) {
+    FacetId towards_sun{};
+    visibility.first_seen(point, {&light.sun_direction, 1}, {&towards_sun, 1});
+    return towards_sun == FacetId::none ? 1.0 : 0.0;
 }
 
-OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
-                                       const Visibility& visibility, const GatherPoint& point) {
-    static const std::array<glm::dvec3, direction_count> local = cosine_weighted_directions();
-    const PlaneFrame frame = make_plane_frame(point.position_m, point.normal);
-    std::array<glm::dvec3, direction_count> directions;
-    for (std::size_t i = 0; i < direction_count; ++i) {
-        directions[i] = local[i].x * frame.x + local[i].y * frame.y + local[i].z * frame.normal;
-    }
-    std::array<FacetId, direction_count> seen;
-    visibility.first_seen(point, directions, seen);
+OutdoorIlluminance gather_open_air(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
+                                   const Visibility& visibility, const GatherPoint& point, double tolerance,
+                                   AdaptiveScratch& scratch) {
+    const SkyAndOutdoors found =
+        integrate_open_air(point, OpenAirLight(light, building, grid), tolerance, visibility, scratch);
+    return {.sky_lx = found.sky_lx, .sun_lx = {}, .reflected_lx = found.outdoor_lx, .ground_lx = found.ground_lx};
+}
 
-    OutdoorIlluminance sum;
-    constexpr double weight_sr = pi / direction_count;
-    for (std::size_t i = 0; i < direction_count; ++i) {
-        bool is_sky = false;
-        const LightBySource luminance =
-            outdoor_luminance(light, building, grid, point.position_m, directions[i], seen[i], &is_sky);
-        if (is_sky) {
-            sum.sky_lx += weight_sr * luminance.sky;
-        } else {
-            sum.reflected_lx += weight_sr * luminance;
+/// A place beside a patch, by rounding or because it was taken from the edge of a facet, drawn to its outline.
+/// Interpolation weights lose their digits closer to an edge than some 1e-7 of it.
+glm::dvec3 drawn_inside(std::span<const glm::dvec3> polygon, const Patch& patch, const glm::dvec3& place) {
+    double share = 1.0;
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const glm::dvec3 inwards = glm::cross(patch.normal, polygon[(k + 1) % polygon.size()] - polygon[k]);
+        const double height = glm::dot(inwards, place - polygon[k]), centre = glm::dot(inwards, patch.centroid_m - polygon[k]);
+        if (height < 0.0 && centre > 0.0) share = std::min(share, centre / (centre - height));
+    }
+    return patch.centroid_m + (1.0 - 1e-5) * share * (place - patch.centroid_m);
+}
+
+/// Lights ground and faces, pass by pass.
+class OutdoorLighting {
+public:
+    OutdoorLighting(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
+                    Progress& progress, OutdoorLight& light)
+        : scene_(scene), building_(building), grid_(grid), visibility_(visibility), progress_(progress), light_(light),
+          first_patch_(grid.gather_patch_count) {
+        faces_ = find_nodes(building, grid);
+        light_.corner_luminance_cd_m2.resize(faces_.node_of_corner.size());
+        light_.patch_luminance_cd_m2.resize(grid.patches.size());
+        if (scene.ground.shadows) {
+            light_.ground_lattice = make_ground_lattice(scene, building, scene.grid.outdoor_spacing_m);
+            light_.lattice_luminance_cd_m2.assign(light_.ground_lattice.nodes.size(), light_.ground_luminance_cd_m2);
+        }
+        // What the emitting surfaces give by themselves, they give from the start.
+        for (std::size_t n = 0; n < faces_.nodes.size(); ++n) {
+            const Material& material = material_of(faces_.nodes[n].face);
+            node_luminance_.push_back({{}, (1.0 / pi) * material.exitance_lm_m2});
+        }
+        spread_to_corners();
+    }
+
+    void light_all() {
+        find_sun();
+        for (int pass = 0; pass <= scene_.outdoors.interreflections; ++pass) {
+            if (!light_.ground_lattice.nodes.empty()) light_ground();
+            light_faces(pass == 0);
+        }
+        for (std::size_t p = first_patch_; p < grid_.patches.size(); ++p) {
+            const Patch& patch = grid_.patches[p];
+            LightBySource sum;
+            for (std::size_t k = 0; k < patch.corner_count; ++k)
+                sum += light_.corner_luminance_cd_m2[patch.first_corner + k];
+            light_.patch_luminance_cd_m2[p] = 1.0 / patch.corner_count * sum;
         }
     }
 
-    const double cos_sun = glm::dot(point.normal, light.sun_direction);
-    if (light.direct_normal_illuminance_lx > 0.0 && cos_sun > 0.0) {
-        FacetId towards_sun{};
-        visibility.first_seen(point, {&light.sun_direction, 1}, {&towards_sun, 1});
-        if (towards_sun == FacetId::none) sum.sun_lx = grey(light.direct_normal_illuminance_lx * cos_sun);
+private:
+    const Material& material_of(FaceId face) const {
+        return scene_.materials[index(building_.faces[index(face)].material)];
     }
+
+    void spread_to_corners() {
+        for (std::size_t k = 0; k < faces_.node_of_corner.size(); ++k)
+            if (faces_.node_of_corner[k] != no_node) light_.corner_luminance_cd_m2[k] = node_luminance_[faces_.node_of_corner[k]];
+    }
+
+    /// The share of each patch that the sun reaches, judged in one place for each of its sides; the nodes take the mean of their
+    /// patches, which spreads the edge of a shadow over a cell but keeps its light.
+    void find_sun() {
+        if (light_.direct_normal_illuminance_lx <= 0.0) return;
+        std::vector<double> share(grid_.patches.size() - first_patch_, 0.0);
+        parallel_stage("sun outdoors", share.size(), 16, progress_, [&](std::size_t i) {
+            const Patch& patch = grid_.patches[first_patch_ + i];
+            if (glm::dot(patch.normal, light_.sun_direction) <= 0.0) return;
+            const auto polygon = grid_.polygon_of(make_id<PatchId>(first_patch_ + i));
+            double sum = 0.0;
+            for (std::size_t k = 0; k < polygon.size(); ++k) {
+                const glm::dvec3 middle = (polygon[k] + polygon[(k + 1) % polygon.size()] + patch.centroid_m) / 3.0;
+                sum += sees_sun(light_, visibility_, {middle, patch.normal});
+            }
+            share[i] = sum / static_cast<double>(polygon.size());
+        });
+        std::vector<double> area(faces_.nodes.size(), 0.0);
+        for (std::size_t i = 0; i < share.size(); ++i) {
+            const Patch& patch = grid_.patches[first_patch_ + i];
+            for (std::size_t k = 0; k < patch.corner_count; ++k) {
+                const std::size_t n = faces_.node_of_corner[patch.first_corner + k];
+                faces_.nodes[n].sun_share += patch.area_m2 * share[i];
+                area[n] += patch.area_m2;
+            }
+        }
+        for (std::size_t n = 0; n < area.size(); ++n) faces_.nodes[n].sun_share /= area[n];
+
+        // The ground likewise: four places in each cell.
+        const GroundLattice& lattice = light_.ground_lattice;
+        if (lattice.nodes.empty()) return;
+        const std::size_t columns = lattice.x_m.size() - 1, rows = lattice.y_m.size() - 1;
+        std::vector<double> cell_share(columns * rows);
+        parallel_stage("sun on the ground", cell_share.size(), 16, progress_, [&](std::size_t c) {
+            const std::size_t i = c % columns, j = c / columns;
+            double sum = 0.0;
+            for (const auto& [s, t] : {std::pair{0.25, 0.25}, std::pair{0.75, 0.25}, std::pair{0.25, 0.75}, std::pair{0.75, 0.75}}) {
+                const glm::dvec3 place{std::lerp(lattice.x_m[i], lattice.x_m[i + 1], s),
+                                       std::lerp(lattice.y_m[j], lattice.y_m[j + 1], t), lattice.nodes[0].position_m.z};
+                sum += sees_sun(light_, visibility_, {place, {0, 0, 1}});
+            }
+            cell_share[c] = 0.25 * sum;
+        });
+        ground_sun_share_.assign(lattice.nodes.size(), 0.0);
+        for (std::size_t n = 0; n < lattice.nodes.size(); ++n) {
+            const std::size_t i = n % lattice.x_m.size(), j = n / lattice.x_m.size();
+            double sum = 0.0, cells_m2 = 0.0;
+            for (const std::size_t cj : {j - 1, j}) {
+                for (const std::size_t ci : {i - 1, i}) {
+                    if (ci >= columns || cj >= rows) continue;
+                    // Of the cells under buildings nothing is known.
+                    const glm::dvec3 middle{0.5 * (lattice.x_m[ci] + lattice.x_m[ci + 1]), 0.5 * (lattice.y_m[cj] + lattice.y_m[cj + 1]),
+                                            lattice.nodes[0].position_m.z};
+                    if (medium_at(scene_, middle) != Medium::outdoor_air) continue;
+                    const double area_m2 = (lattice.x_m[ci + 1] - lattice.x_m[ci]) * (lattice.y_m[cj + 1] - lattice.y_m[cj]);
+                    sum += area_m2 * cell_share[cj * columns + ci];
+                    cells_m2 += area_m2;
+                }
+            }
+            ground_sun_share_[n] = cells_m2 > 0.0 ? sum / cells_m2 : 0.0;
+        }
+    }
+
+    void light_ground() {
+        const GroundLattice& lattice = light_.ground_lattice;
+        std::vector<LightBySource> luminance(lattice.nodes.size());
+        parallel_stage("light on the ground", lattice.nodes.size(), 4, progress_, [&](std::size_t n) {
+            if (!lattice.nodes[n].open) return;
+            const OutdoorIlluminance lit = gather_open_air(light_, building_, grid_, visibility_,
+                                                           {lattice.nodes[n].position_m, {0, 0, 1}}, tolerance(), scratch_.local());
+            LightBySource arriving = LightBySource{lit.sky_lx, {}} + lit.reflected_lx;
+            if (!ground_sun_share_.empty())
+                arriving.other += (ground_sun_share_[n] * light_.direct_normal_illuminance_lx * light_.sun_direction.z) * light_.sun_colour;
+            luminance[n] = (1.0 / pi) * (scene_.ground.reflectance * arriving);
+        });
+        lattice.fill_closed(luminance);
+        light_.lattice_luminance_cd_m2 = std::move(luminance);
+    }
+
+    /// first: the faces see each other dark but for what they emit, which is not yet reflected: one reflection of sky and sun.
+    void light_faces(bool first) {
+        std::vector<LightBySource> luminance(faces_.nodes.size());
+        parallel_stage(first ? "outdoors" : "outdoor interreflection", faces_.nodes.size(), 4, progress_, [&](std::size_t n) {
+            const OutdoorNode& node = faces_.nodes[n];
+            const OutdoorIlluminance lit =
+                gather_open_air(light_, building_, grid_, visibility_, node.point, tolerance(), scratch_.local());
+            const double sun_lx = light_.direct_normal_illuminance_lx * node.sun_share *
+                                  std::max(0.0, glm::dot(node.point.normal, light_.sun_direction));
+            const Material& material = material_of(node.face);
+            const LightBySource arriving = LightBySource{lit.sky_lx, sun_lx * light_.sun_colour} + lit.reflected_lx;
+            luminance[n] = {(1.0 / pi) * (material.reflectance * arriving.sky),
+                            (1.0 / pi) * (material.reflectance * arriving.other + material.exitance_lm_m2)};
+        });
+        node_luminance_ = std::move(luminance);
+        spread_to_corners();
+    }
+
+    /// Errors of nodes average out where a point sees many of them: 1e-3 is fine enough.
+    double tolerance() const { return std::max(1e-3, scene_.direct.tolerance); }
+
+    const Scene& scene_;
+    const Building& building_;
+    const PatchGrid& grid_;
+    const Visibility& visibility_;
+    Progress& progress_;
+    OutdoorLight& light_;
+    std::size_t first_patch_;
+    OutdoorNodes faces_;
+    std::vector<LightBySource> node_luminance_;  ///< [faces_.nodes]
+    std::vector<double> ground_sun_share_;       ///< [lattice nodes]; empty without sun
+    ThreadScratch<AdaptiveScratch> scratch_;
+};
+
+}  // namespace
+
+OutdoorSource outdoor_source(const Building& building, const glm::dvec3& direction, FacetId seen) {
+    if (seen == FacetId::none) return direction.z < 0.0 ? OutdoorSource::ground : OutdoorSource::sky;
+    const Facet& facet = building.facets[index(seen)];
+    const bool dark = facet.environment == Environment::indoor || facet.is_aperture || glm::dot(facet.normal, direction) >= 0.0;
+    return dark ? OutdoorSource::dark : OutdoorSource::building;
+}
+
+LightBySource outdoor_luminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
+                                const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen) {
+    switch (outdoor_source(building, direction, seen)) {
+        case OutdoorSource::dark:
+            return {};
+        case OutdoorSource::sky:
+            return {light.sky.luminance(direction).value * light.sky_colour, {}};
+        case OutdoorSource::ground: {
+            GroundLattice::Place place;
+            const double distance = (building.ground_z_m - from_m.z) / direction.z;
+            if (light.lattice_luminance_cd_m2.empty() || !(distance > 0.0)) return light.ground_luminance_cd_m2;
+            if (!light.ground_lattice.find(from_m.x + distance * direction.x, from_m.y + distance * direction.y, place))
+                return light.ground_luminance_cd_m2;
+            return light.ground_lattice.interpolate(place, light.lattice_luminance_cd_m2);
+        }
+        case OutdoorSource::building:
+            break;
+    }
+    const Facet& facet = building.facets[index(seen)];
+    const double distance = glm::dot(facet.normal, facet.vertices_m.front() - from_m) / glm::dot(facet.normal, direction);
+    if (!(distance < 1e12)) return {};  // edge on
+    const glm::dvec3 place = from_m + distance * direction;
+    const PatchId id = grid.patch_at(facet.face, place);
+    if (id == PatchId::none) return {};
+    const Patch& patch = grid.patches[index(id)];
+    constexpr std::size_t most = 16;
+    if (patch.corner_count > most) return light.patch_luminance_cd_m2[index(id)];
+    std::array<double, most> weights;
+    grid.interpolation_weights(id, drawn_inside(grid.polygon_of(id), patch, place), {weights.data(), patch.corner_count});
+    LightBySource sum;
+    for (std::size_t k = 0; k < patch.corner_count; ++k)
+        sum += weights[k] * light.corner_luminance_cd_m2[patch.first_corner + k];
     return sum;
+}
+
+OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
+                                       const Visibility& visibility, const GatherPoint& point, double tolerance) {
+    AdaptiveScratch scratch;
+    OutdoorIlluminance found = gather_open_air(light, building, grid, visibility, point, tolerance, scratch);
+    const double cos_sun = glm::dot(point.normal, light.sun_direction);
+    if (light.direct_normal_illuminance_lx > 0.0 && cos_sun > 0.0)
+        found.sun_lx = (light.direct_normal_illuminance_lx * cos_sun * sees_sun(light, visibility, point)) * light.sun_colour;
+    return found;
 }
 
 OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
@@ -95,22 +323,10 @@ OutdoorLight light_outdoors(const Scene& scene, const Building& building, const 
     OutdoorLight light{.sky = sky,
                        .sun_direction = sun_direction,
                        .direct_normal_illuminance_lx = direct_normal_lx,
-                       .ground_luminance_cd_m2 = ground_luminance(scene.ground, sky, direct_normal_lx, sun_direction),
-                       .patch_luminance_cd_m2 = std::vector<LightBySource>(grid.patches.size())};
-
-    // While the patches are being lit they see each other dark: one reflection.
-    std::vector<LightBySource> luminance(grid.patches.size());
-    const std::size_t first = grid.gather_patch_count;
-    parallel_stage("outdoors", grid.patches.size() - first, 1, progress, [&](std::size_t i) {
-        const Patch& patch = grid.patches[first + i];
-        const OutdoorIlluminance lit =
-            outdoor_illuminance(light, building, grid, visibility, {patch.centroid_m, patch.normal});
-        const Material& material = scene.materials[index(building.faces[index(patch.face)].material)];
-        const LightBySource arriving = LightBySource{lit.sky_lx, lit.sun_lx} + lit.reflected_lx;
-        luminance[first + i] = {(1.0 / pi) * (material.reflectance * arriving.sky),
-                                (1.0 / pi) * (material.reflectance * arriving.other + material.exitance_lm_m2)};
-    });
-    light.patch_luminance_cd_m2 = std::move(luminance);
+                       .sky_colour = scene.sky.colour.band,
+                       .sun_colour = sun.colour.band};
+    light.ground_luminance_cd_m2 = ground_luminance(scene.ground, light);
+    OutdoorLighting(scene, building, grid, visibility, progress, light).light_all();
     return light;
 }
 

@@ -65,13 +65,21 @@ public:
     /// linear along edges. weights: [corner_count].
     void interpolation_weights(PatchId patch, const glm::dvec3& point_m, std::span<double> weights) const;
 
-private:
-    friend class PatchGridBuilder;
+    /// The regular grid of a face before it was cut. Cells are numbered over all faces; points outside count to the outermost.
     struct FaceGrid {
         glm::dvec3 origin_m{}, du{}, dv{};  ///< s = dot(p - origin, du) in [0, nu), t likewise
         int nu = 0, nv = 0;
-        std::uint32_t first_cell = 0;  ///< into first_in_cell_
+        std::uint32_t first_cell = 0;  ///< cell (i, j): first_cell + j nu + i
     };
+    const FaceGrid& face_grid(FaceId face) const { return face_grids_[index(face)]; }
+    std::size_t cell_count() const { return first_in_cell_.empty() ? 0 : first_in_cell_.size() - 1; }
+    /// The patches that have a part in a cell.
+    std::span<const PatchId> patches_in_cell(std::size_t cell) const {
+        return {cell_patches_.data() + first_in_cell_[cell], first_in_cell_[cell + 1] - first_in_cell_[cell]};
+    }
+
+private:
+    friend class PatchGridBuilder;
     std::vector<FaceGrid> face_grids_;
     std::vector<std::uint32_t> first_in_cell_;  ///< patches of cell c: cell_patches_[first_in_cell_[c] ... first_in_cell_[c + 1])
     std::vector<PatchId> cell_patches_;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
 
 #include "core/aperture_light.h"
 #include "core/parallel.h"
@@ -25,16 +27,26 @@ public:
           solution_(solution),
           apertures_(scene, building, grid, solution.outdoors) {}
 
-    // Luminance of what first_seen() found along a ray, through all apertures on the way.
-    Band3 luminance_cd_m2(const dvec3& from_m, const dvec3& direction, FacetId seen) const {
+    struct Sample {
+        Band3 luminance_cd_m2{};
+        std::optional<Band3> illuminance_lx{};  // of an indoor surface
+    };
+
+    // What first_seen() found along a ray, through all apertures on the way.
+    Sample sample(const dvec3& from_m, const dvec3& direction, FacetId seen) const {
         double distance_m = std::numeric_limits<double>::infinity();
-        Band3 luminance;
+        Sample sample;
+        Band3& luminance = sample.luminance_cd_m2;
         if (seen != FacetId::none) {
             const Facet& facet = building_.facets[index(seen)];
             const double slope = glm::dot(facet.normal, direction);
-            if (slope >= 0.0) return {};  // the back of a one-sided polygon
+            if (slope >= 0.0) return sample;  // the back of a one-sided polygon
             distance_m = glm::dot(facet.normal, facet.vertices_m[0] - from_m) / slope;
-            if (facet.environment == Environment::indoor) luminance = indoor_luminance(facet, from_m + distance_m * direction);
+            if (facet.environment == Environment::indoor) {
+                sample.illuminance_lx = indoor_illuminance(facet, from_m + distance_m * direction);
+                const Material& material = scene_.materials[index(building_.faces[index(facet.face)].material)];
+                luminance = 1.0 / pi * (material.reflectance * *sample.illuminance_lx + material.exitance_lm_m2);
+            }
         }
         const bool outdoors = seen == FacetId::none || building_.facets[index(seen)].environment == Environment::outdoor;
         if (outdoors) luminance = outdoor_luminance(solution_.outdoors, building_, grid_, from_m, direction, seen).total();
@@ -43,11 +55,11 @@ public:
             if (crossing_m && *crossing_m < distance_m)
                 luminance = luminance * opening.glazing.transmittance(std::abs(glm::dot(opening.normal, direction)));
         }
-        return luminance;
+        return sample;
     }
 
 private:
-    Band3 indoor_luminance(const Facet& facet, const dvec3& point_m) const {
+    Band3 indoor_illuminance(const Facet& facet, const dvec3& point_m) const {
         const PatchId patch = grid_.patch_at(facet.face, point_m);
         if (patch == PatchId::none) return {};
         const auto corners = grid_.corners_of(patch);
@@ -57,8 +69,7 @@ private:
         Band3 illuminance_lx;
         for (std::size_t k = 0; k < corners.size(); ++k)
             illuminance_lx += weights[k] * solution_.nodes[index(corners[k])].total_lx();
-        const Material& material = scene_.materials[index(building_.faces[index(facet.face)].material)];
-        return 1.0 / pi * (material.reflectance * illuminance_lx + material.exitance_lm_m2);
+        return illuminance_lx;
     }
 
     const Scene& scene_;
@@ -82,17 +93,26 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
     visibility.view_facets(fine, seen);
 
     const Painter painter(scene, building, grid, solution);
-    Picture picture{.width = view.width, .height = view.height, .luminance_cd_m2 = std::vector<Band3>(width * height)};
+    Picture picture{.width = view.width, .height = view.height, .luminance_cd_m2 = std::vector<Band3>(width * height),
+                    .illuminance_lx = std::vector<Band3>(width * height)};
     parallel_stage("picture", height, 4, progress, [&](std::size_t row) {
         for (std::size_t column = 0; column < width; ++column) {
-            Band3 sum;
+            Band3 luminance, illuminance;
+            int on_surfaces = 0;
             for (std::size_t j = row * samples_per_side; j < (row + 1) * samples_per_side; ++j) {
                 for (std::size_t i = column * samples_per_side; i < (column + 1) * samples_per_side; ++i) {
                     const dvec3 direction = camera.direction(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5);
-                    sum += painter.luminance_cd_m2(camera.eye_m, direction, seen[j * width * samples_per_side + i]);
+                    const auto sample = painter.sample(camera.eye_m, direction, seen[j * width * samples_per_side + i]);
+                    luminance += sample.luminance_cd_m2;
+                    if (!sample.illuminance_lx) continue;
+                    illuminance += *sample.illuminance_lx;
+                    ++on_surfaces;
                 }
             }
-            picture.luminance_cd_m2[row * width + column] = 1.0 / (samples_per_side * samples_per_side) * sum;
+            const std::size_t pixel = row * width + column;
+            picture.luminance_cd_m2[pixel] = 1.0 / (samples_per_side * samples_per_side) * luminance;
+            picture.illuminance_lx[pixel] = on_surfaces > 0 ? 1.0 / on_surfaces * illuminance
+                                                            : grey(std::numeric_limits<double>::quiet_NaN());
         }
     });
     return picture;

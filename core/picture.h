@@ -5,10 +5,12 @@
 
 namespace naturel {
 
-/// A picture of the solution: luminance per band, cd/m2, rows from the top.
+/// A picture of the solution, rows from the top.
 struct Picture {
     int width = 0, height = 0;
-    std::vector<Band3> luminance_cd_m2{};  ///< [width x height]
+    std::vector<Band3> luminance_cd_m2{};  ///< [width x height], per band
+    /// [width x height], of the indoor surface that is seen, also through panes; NaN where none is.
+    std::vector<Band3> illuminance_lx{};
 };
 
 /// Draws a view: surfaces with illuminance interpolated over each patch, and sky, ground and outdoor surfaces as seen

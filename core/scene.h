@@ -7,14 +7,16 @@
 #include <vector>
 
 #include "core/band3.h"
+#include "core/chromaticity.h"
 #include "core/ids.h"
+#include "core/picture_options.h"
 
 namespace naturel {
 
 /// Where a finish or a facet faces: the air inside the building or the open air.
 enum class Environment { indoor, outdoor };
 
-/// What became of a colour given as xyY that no reflectance of the primaries shows (core/colour.h).
+/// What became of a colour that the primaries cannot show (core/colour.h).
 struct Desaturation {
     double saturation_kept = 1.0;     ///< 1: nothing happened; less: drawn towards the grey of the same Y
     double chromaticity_shift = 0.0;  ///< distance in CIE 1931 (x, y) from the colour asked for to that shown
@@ -33,8 +35,19 @@ enum class AngularLaw {
     fresnel,   ///< slab(s) of refractive index 1.52: the default
     mitalas,   ///< Mitalas-Arseneault polynomial for clear glass, scaled
     rivero,    ///< Rivero's formula, scaled
-    constant,  ///< the same at every angle; unglazed openings and the article's "diffuse" option
+    constant,  ///< the same at every angle: unglazed openings
+    diffuse,   ///< at every angle what the Fresnel law lets pass of diffuse light: the article's option
+    table,     ///< Glazing::angular_table
 };
+
+/// A measured transmittance of a glazing.
+struct AngularSample {
+    double incidence_rad = 0.0;  ///< from the normal, [0, pi/2]
+    Band3 transmittance{};       ///< of the whole unit, each band in [0, 1]
+};
+
+/// Refractive index of window glass in visible light; the one Radiance's material "glass" assumes.
+inline constexpr double window_glass_index = 1.52;
 
 /// What fills an aperture.
 struct Glazing {
@@ -42,9 +55,12 @@ struct Glazing {
     Band3 normal_transmittance = grey(1.0);  ///< of the whole unit at normal incidence, each band in [0, 1]
     int panes = 1;                           ///< identical panes behind each other; shapes the Fresnel law
     AngularLaw angular_law = AngularLaw::fresnel;
-    Band3 inner_reflectance{};  ///< diffuse, seen from the room, each band in [0, 1]
-    double maintenance = 1.0;   ///< share of light left by dirt, [0, 1]
-    double frame = 1.0;         ///< glazed share of the opening, [0, 1]
+    double refractive_index = window_glass_index;  ///< of the panes; Fresnel and diffuse law
+    std::vector<AngularSample> angular_table{};    ///< from 0 to pi/2, angles increasing; law `table` only
+    Band3 inner_reflectance{};                     ///< diffuse, seen from the room, each band in [0, 1]
+    double maintenance = 1.0;                      ///< share of light left by dirt, [0, 1]
+    double frame = 1.0;                            ///< glazed share of the opening, [0, 1]
+    Desaturation desaturation{};                   ///< of the transmittance, when it was given as a spectrum
 };
 
 enum class PolyhedronKind { parallelepiped, prism, tetrahedron };
@@ -95,15 +111,28 @@ struct Ground {
     double z_m = 0.0;
     Band3 reflectance = grey(0.2);
     Desaturation desaturation{};
+    bool shadows = false;  ///< buildings shade the ground around them, and light it
+};
+
+/// How light goes on between ground and buildings.
+struct OutdoorOptions {
+    int interreflections = 0;  ///< passes after the first reflection
 };
 
 enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
+
+/// Colour of a light source: the bands of a light of luminance or illuminance 1.
+struct LightColour {
+    Band3 band = grey(1.0);  ///< D65 unless the scene says otherwise
+    Desaturation desaturation{};
+};
 
 /// The sky as the scene asks for it: a model, and one of the two levels.
 struct SkyDescription {
     SkyModel model = SkyModel::moon_spencer;
     std::optional<double> zenith_luminance_cd_m2{};
     std::optional<double> horizontal_illuminance_lx{};  ///< diffuse, unobstructed, without the sun
+    LightColour colour{};
 };
 
 /// The sun in the frame of the model (site north already applied by the reader).
@@ -111,6 +140,7 @@ struct SunDescription {
     double altitude_rad = 0.0;  ///< from the horizon up
     double azimuth_rad = 0.0;   ///< from the model's +y axis, clockwise seen from above
     double direct_normal_illuminance_lx = 0.0;  ///< as given; without effect at or below the horizon
+    LightColour colour{};
 };
 
 /// Finer cells where light changes fast. Judged by geometry alone, so that the grid is the same for every visibility method.
@@ -169,10 +199,16 @@ struct View {
     double field_of_view_rad = 1.2;  ///< horizontal, < pi
     int width = 1280;                ///< pixels
     int height = 960;                ///< pixels
+    PictureOptions picture{};
 };
 
 /// Which three-band basis the scene's bands are (core/colour.h).
-enum class PrimariesName { srgb, ebu, p22 };
+enum class PrimariesName { srgb, ebu, p22, smpte_c, trinitron_p22, custom };
+
+struct PrimariesDescription {
+    PrimariesName name = PrimariesName::ebu;
+    std::array<Chromaticity, 3> custom{};  ///< red, green, blue; only of `custom`
+};
 
 /// Everything a scene file says, checked and in SI units and radians. Built by read_scene().
 /// glazings[0] is always "unglazed" (transmittance 1).
@@ -182,6 +218,7 @@ struct Scene {
     std::vector<Material> materials{};
     std::vector<Glazing> glazings{};
     Ground ground{};
+    OutdoorOptions outdoors{};
     std::vector<Polyhedron> polyhedra{};  ///< in the order they are applied
     std::vector<SurfacePolygon> polygons{};
     std::vector<AperturePolygon> apertures{};
@@ -189,7 +226,7 @@ struct Scene {
     std::optional<SunDescription> sun{};
     GridOptions grid{};
     DirectOptions direct{};
-    PrimariesName primaries = PrimariesName::ebu;
+    PrimariesDescription primaries{};
     std::vector<SensorSet> sensors{};
     std::vector<View> views{};
     std::string source_sha256{};  ///< of the file's bytes, hex; identifies the input in results

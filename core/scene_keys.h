@@ -19,16 +19,22 @@ inline constexpr SceneObjectKeys scene{
     "scene",
     {"naturel", "materials", "sky"},
     {"$schema", "name", "description", "site", "ground", "polyhedra", "polygons", "apertures", "sun", "grid",
-     "direct", "primaries", "sensors", "views"}};
+     "direct", "primaries", "sensors", "views", "picture", "outdoors"}};
 inline constexpr SceneObjectKeys site{
     "site", {}, {"latitude_deg", "longitude_deg", "time_zone_h", "north_deg"}};
 inline constexpr SceneObjectKeys material{
-    "material", {}, {"reflectance", "xyY", "rgb", "exitance_lm_m2", "glazing"}};
+    "material", {}, {"reflectance", "xyY", "rgb", "spectral_reflectance", "exitance_lm_m2", "glazing"}};
 inline constexpr SceneObjectKeys glazing{
     "glazing",
-    {"normal_transmittance"},
-    {"panes", "angular_law", "inner_reflectance", "maintenance", "frame"}};
-inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance"}};
+    {},
+    {"normal_transmittance", "internal_transmittance", "transmissivity", "spectral_transmittance",
+     "angular_transmittance", "panes", "angular_law", "refractive_index", "spectral_reflectance",
+     "inner_reflectance", "maintenance", "frame"}};
+inline constexpr SceneObjectKeys spectrum_file{"spectrum_file", {"file"}, {"column"}};
+inline constexpr SceneObjectKeys light_colour{"light_colour", {}, {"cct_k", "xy"}};
+inline constexpr SceneObjectKeys custom_primaries{"custom_primaries", {"red", "green", "blue"}, {}};
+inline constexpr SceneObjectKeys ground{"ground", {}, {"z", "reflectance", "shadows"}};
+inline constexpr SceneObjectKeys outdoors{"outdoors", {}, {"interreflections"}};
 inline constexpr SceneObjectKeys ground_colour{"ground_colour", {"xyY"}, {}};
 inline constexpr SceneObjectKeys polyhedron{
     "polyhedron", {"id", "kind", "effect", "vertices", "material"}, {"glazing", "faces"}};
@@ -36,9 +42,9 @@ inline constexpr SceneObjectKeys polygon{
     "polygon", {"id", "vertices", "material"}, {"holes", "side", "two_sided"}};
 inline constexpr SceneObjectKeys aperture{"aperture", {"id", "vertices"}, {"holes", "material"}};
 inline constexpr SceneObjectKeys sky{
-    "sky", {"model"}, {"zenith_luminance_cd_m2", "horizontal_illuminance_lx"}};
+    "sky", {"model"}, {"zenith_luminance_cd_m2", "horizontal_illuminance_lx", "colour"}};
 inline constexpr SceneObjectKeys sun{
-    "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "direct_normal_illuminance_lx"}};
+    "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "direct_normal_illuminance_lx", "colour"}};
 inline constexpr SceneObjectKeys grid{
     "grid", {}, {"spacing_m", "outdoor_spacing_m", "zones", "sliver_area", "sliver_aspect", "refine"}};
 inline constexpr SceneObjectKeys refine{"refine", {"levels"}, {"contrast"}};
@@ -46,11 +52,14 @@ inline constexpr SceneObjectKeys direct{"direct", {}, {"method", "tolerance"}};
 inline constexpr SceneObjectKeys sensor{"sensor", {"id"}, {"grid", "points"}};
 inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m", "margin_m"}};
 inline constexpr SceneObjectKeys view{
-    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height"}};
+    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height", "picture"}};
+inline constexpr SceneObjectKeys picture{"picture", {}, {"exposure", "tone_mapping", "white_point"}};
+inline constexpr SceneObjectKeys exposure{"exposure", {}, {"white_cd_m2", "ev100", "percentile"}};
 
-inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour,
+inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour, outdoors,
                                 polyhedron, polygon, aperture,    sky,     sun,    grid,   refine,
-                                direct,     sensor,  sensor_grid, view};
+                                direct,     sensor,  sensor_grid, view,    spectrum_file, light_colour,
+                                custom_primaries, picture, exposure};
 
 }  // namespace scene_keys
 }  // namespace naturel

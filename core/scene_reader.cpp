@@ -7,18 +7,15 @@
 #include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
-#include <tuple>
-#include <unordered_map>
 #include <unordered_set>
 
-#include "core/colour.h"
 #include "core/errors.h"
-#include "core/glazing.h"
 #include "core/json_document.h"
+#include "core/material_reader.h"
+#include "core/picture_reader.h"
 #include "core/polyhedra.h"
 #include "core/scene_keys.h"
 #include "core/scene_values.h"
-#include "core/sha256.h"
 #include "core/simple_polygon.h"
 #include "core/sun.h"
 #include "core/units.h"
@@ -28,14 +25,9 @@ namespace {
 
 using glm::dvec3;
 
-/// The radiosity series converges like the powers of the reflectance.
-constexpr double largest_reflectance = 0.99;
-/// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
-constexpr double largest_light = 1e10;
 /// More sensors than this would fill the memory of a large machine, whatever the method.
 constexpr double most_points = 1e7;
 
-constexpr Range reflectance_range{0.0, largest_reflectance};
 constexpr Range spacing_range{0.001, 1000.0, "m"};
 
 /// Ids that must differ from each other.
@@ -52,165 +44,11 @@ private:
     std::unordered_set<std::string> seen_;
 };
 
-/// The "materials" table by name.
-struct Names {
-    std::unordered_map<std::string, MaterialId> materials;
-    std::unordered_map<std::string, GlazingId> glazings;
-};
-
-template <class Table>
-[[noreturn]] void refuse_unknown(const JsonValue& value, std::string_view what, const Table& table) {
-    std::vector<std::string_view> known;
-    for (const auto& entry : table)
-        known.push_back(entry.first);
-    std::sort(known.begin(), known.end());
-    value.refuse(
-        fmt::format("there is no {} {} {}", what, in_quotes(value.text()), suggestion(value.text(), known)));
-}
-
-MaterialId read_material_name(const JsonValue& value, const Names& names) {
-    const std::string& name = read_text(value);
-    if (const auto found = names.materials.find(name); found != names.materials.end()) return found->second;
-    if (names.glazings.contains(name)) {
-        value.refuse(
-            fmt::format("{} is a glazing (a surface is needed: reflectance, xyY or rgb)", in_quotes(name)));
-    }
-    refuse_unknown(value, "material", names.materials);
-}
-
-GlazingId read_glazing_name(const JsonValue& value, const Names& names) {
-    const std::string& name = read_text(value);
-    if (const auto found = names.glazings.find(name); found != names.glazings.end()) return found->second;
-    if (names.materials.contains(name)) {
-        value.refuse(
-            fmt::format("{} is a surface (a glazing is needed: an entry of materials with \"glazing\")",
-                        in_quotes(name)));
-    }
-    refuse_unknown(value, "glazing", names.glazings);
-}
-
-struct Colour {
-    Band3 reflectance;
-    Desaturation desaturation;
-};
-
-/// Colours outside the gamut of the primaries are desaturated, not refused (core/colour.h).
-Colour read_xyY(const JsonValue& value, PrimariesName primaries_name) {
-    // No real colour has less (the violet end of the spectrum: 0.0048), and X = x Y / y must stay finite.
-    constexpr double smallest_y = 0.001;
-    const auto [x, y, luminance_factor] =
-        read_numbers<3>(value, "x, y, Y", {share_range, Range{smallest_y, 1.0}, reflectance_range});
-    if (x + y > 1.0) value.refuse(fmt::format("x + y is {} (at most 1; D65 grey is 0.3127, 0.3290)", x + y));
-    const Primaries primaries(primaries_name);
-    const FittedReflectance fitted =
-        reflectance_from_xyY(primaries, x, y, luminance_factor, largest_reflectance);
-    if (fitted.saturation_kept >= 1.0) return {fitted.reflectance, {}};
-    const dvec3 shown = xyY_from_xyz(primaries.xyz(fitted.reflectance));
-    return {fitted.reflectance, {fitted.saturation_kept, std::hypot(shown.x - x, shown.y - y)}};
-}
-
-Material read_surface(const std::string& name, const SceneObject& object, PrimariesName primaries) {
-    Material material{.name = name};
-    if (const auto value = object.find("reflectance"))
-        material.reflectance = grey(read_number(*value, reflectance_range));
-    if (const auto value = object.find("xyY")) {
-        const Colour colour = read_xyY(*value, primaries);
-        material.reflectance = colour.reflectance;
-        material.desaturation = colour.desaturation;
-    }
-    if (const auto value = object.find("rgb")) {
-        if (value->kind() != JsonKind::list)
-            value->refuse(value->describe() + " stands where [r, g, b] belongs (three reflectances)");
-        material.reflectance = read_bands(*value, reflectance_range);
-    }
-    if (const auto value = object.find("exitance_lm_m2")) {
-        material.exitance_lm_m2 = read_bands(*value, {0.0, largest_light, "lm/m2"});
-    }
-    return material;
-}
-
-/// What a glazing lets through and what it reflects is no more than what falls on it.
-void check_energy(const SceneObject& object, const Glazing& glazing) {
-    const Band3 through = GlazingTransmission(glazing).diffuse_transmittance();
-    const Band3& back = glazing.inner_reflectance;
-    // An opening that lets all light pass has 1 only within the rounding of a numerical integral.
-    constexpr double rounding = 1e-9;
-    for (const auto& [band, transmittance, reflectance] :
-         {std::tuple{"red", through.r, back.r}, {"green", through.g, back.g}, {"blue", through.b, back.b}}) {
-        if (transmittance + reflectance <= 1.0 + rounding) continue;
-        object.find("inner_reflectance")
-            .value_or(object.at("normal_transmittance"))
-            .refuse(fmt::format(
-                "of diffuse light in the {} band the glazing lets {:.3f} through and reflects {:.3f}, together "
-                "{:.3f} (at most 1: it cannot give more light than it gets)",
-                band, transmittance, reflectance, transmittance + reflectance));
-    }
-}
-
-Glazing read_glazing(const std::string& name, const JsonValue& value) {
-    const SceneObject object(value, scene_keys::glazing);
-    Glazing glazing{.name = name};
-    glazing.normal_transmittance = read_bands(object.at("normal_transmittance"), share_range);
-    glazing.panes = read_integer(object, "panes", {1, 4}, glazing.panes);
-    if (const auto law = object.find("angular_law")) {
-        glazing.angular_law = read_word<AngularLaw>(*law, {{"fresnel", AngularLaw::fresnel},
-                                                           {"mitalas", AngularLaw::mitalas},
-                                                           {"rivero", AngularLaw::rivero},
-                                                           {"constant", AngularLaw::constant}});
-    }
-    if (const auto inner = object.find("inner_reflectance"))
-        glazing.inner_reflectance = read_bands(*inner, reflectance_range);
-    glazing.maintenance = read_number(object, "maintenance", share_range, glazing.maintenance);
-    glazing.frame = read_number(object, "frame", share_range, glazing.frame);
-
-    check_energy(object, glazing);
-    return glazing;
-}
-
-Names read_materials(const JsonValue& value, Scene& scene) {
-    scene.glazings.push_back({.name = "unglazed", .angular_law = AngularLaw::constant});
-    Names names;
-    names.glazings.emplace("unglazed", GlazingId{0});
-    for (const auto& [key, entry] : read_table(value, "names and materials")) {
-        const std::string& name = read_name(key);
-        if (name == "unglazed")
-            key.refuse("\"unglazed\" is the built-in opening without glass (choose another name)");
-        const SceneObject object(entry, scene_keys::material);
-        int descriptions = 0;
-        for (const std::string_view kind : {"reflectance", "xyY", "rgb", "glazing"})
-            descriptions += object.has(kind);
-        if (descriptions != 1) {
-            object.refuse(
-                fmt::format("{} of reflectance, xyY, rgb and glazing is given (exactly one is needed)",
-                            descriptions == 0 ? "none" : "more than one"));
-        }
-        if (const auto glazing = object.find("glazing")) {
-            if (const auto exitance = object.find("exitance_lm_m2")) {
-                exitance->refuse("a glazing does not emit light (give exitance_lm_m2 to a surface)");
-            }
-            names.glazings.emplace(name, make_id<GlazingId>(scene.glazings.size()));
-            scene.glazings.push_back(read_glazing(name, *glazing));
-        } else {
-            names.materials.emplace(name, make_id<MaterialId>(scene.materials.size()));
-            scene.materials.push_back(read_surface(name, object, scene.primaries));
-        }
-    }
-    return names;
-}
-
-Ground read_ground(const JsonValue& value, PrimariesName primaries) {
-    const SceneObject object(value, scene_keys::ground);
-    Ground ground;
-    ground.z_m = read_number(object, "z", coordinate_range, ground.z_m);
-    if (const auto reflectance = object.find("reflectance")) {
-        const Colour colour =
-            reflectance->kind() == JsonKind::object
-                ? read_xyY(SceneObject(*reflectance, scene_keys::ground_colour).at("xyY"), primaries)
-                : Colour{read_bands(*reflectance, reflectance_range), {}};
-        ground.reflectance = colour.reflectance;
-        ground.desaturation = colour.desaturation;
-    }
-    return ground;
+OutdoorOptions read_outdoors(const JsonValue& value) {
+    const SceneObject object(value, scene_keys::outdoors);
+    OutdoorOptions outdoors;
+    outdoors.interreflections = read_integer(object, "interreflections", {0, 100}, outdoors.interreflections);
+    return outdoors;
 }
 
 /// Number of a face named by role or by number from 1.
@@ -229,7 +67,7 @@ std::size_t read_face(const JsonValue& key, PolyhedronKind kind) {
 }
 
 /// A name of a surface or of a glazing, or a list with one of each.
-FaceFinish read_finish(const JsonValue& value, const Names& names, Effect effect) {
+FaceFinish read_finish(const JsonValue& value, const MaterialNames& names, Effect effect) {
     const std::vector<JsonValue> items = value.kind() == JsonKind::list ? value.items() : std::vector{value};
     FaceFinish finish;
     for (const JsonValue& item : items) {
@@ -267,7 +105,7 @@ void check_solid(const JsonValue& vertices, const Polyhedron& p) {
     }
 }
 
-Polyhedron read_polyhedron(const JsonValue& value, const Names& names, UniqueIds& ids) {
+Polyhedron read_polyhedron(const JsonValue& value, const MaterialNames& names, UniqueIds& ids) {
     const SceneObject object(value, scene_keys::polyhedron);
     Polyhedron p;
     p.id = ids.read(object.at("id"));
@@ -328,7 +166,7 @@ Rings read_rings(const SceneObject& object, const std::string& id) {
     return rings;
 }
 
-SurfacePolygon read_polygon(const JsonValue& value, const Names& names, UniqueIds& ids) {
+SurfacePolygon read_polygon(const JsonValue& value, const MaterialNames& names, UniqueIds& ids) {
     const SceneObject object(value, scene_keys::polygon);
     SurfacePolygon polygon;
     polygon.id = ids.read(object.at("id"));
@@ -344,7 +182,7 @@ SurfacePolygon read_polygon(const JsonValue& value, const Names& names, UniqueId
     return polygon;
 }
 
-AperturePolygon read_aperture(const JsonValue& value, const Names& names, UniqueIds& ids) {
+AperturePolygon read_aperture(const JsonValue& value, const MaterialNames& names, UniqueIds& ids) {
     const SceneObject object(value, scene_keys::aperture);
     AperturePolygon aperture;
     aperture.id = ids.read(object.at("id"));
@@ -355,7 +193,7 @@ AperturePolygon read_aperture(const JsonValue& value, const Names& names, Unique
     return aperture;
 }
 
-void read_geometry(const SceneObject& root, const Names& names, Scene& scene) {
+void read_geometry(const SceneObject& root, const MaterialNames& names, Scene& scene) {
     const std::vector<JsonValue> polyhedra = read_list(root, "polyhedra", "polyhedra");
     const std::vector<JsonValue> polygons = read_list(root, "polygons", "polygons");
     const std::vector<JsonValue> apertures = read_list(root, "apertures", "apertures");
@@ -393,7 +231,7 @@ Site read_site(const JsonValue& value) {
     return site;
 }
 
-SkyDescription read_sky(const JsonValue& value) {
+SkyDescription read_sky(const JsonValue& value, const Primaries& primaries) {
     const SceneObject object(value, scene_keys::sky);
     SkyDescription sky;
     sky.model =
@@ -410,6 +248,7 @@ SkyDescription read_sky(const JsonValue& value) {
     }
     if (zenith) sky.zenith_luminance_cd_m2 = read_number(*zenith, {0.0, largest_light, "cd/m2"});
     if (horizontal) sky.horizontal_illuminance_lx = read_number(*horizontal, {0.0, largest_light, "lx"});
+    if (const auto colour = object.find("colour")) sky.colour = read_light_colour(*colour, primaries);
     return sky;
 }
 
@@ -496,20 +335,21 @@ SunAngles read_sun_angles(const SceneObject& object, const std::optional<JsonVal
 }
 
 SunDescription read_sun(const JsonValue& value, const std::optional<JsonValue>& site_value,
-                        const Site& site) {
+                        const Site& site, const Primaries& primaries) {
     const SceneObject object(value, scene_keys::sun);
     const SunAngles angles = read_sun_angles(object, site_value, site);
     SunDescription sun{.altitude_rad = angles.altitude_rad,
                        .azimuth_rad = model_azimuth(angles.azimuth_rad, site.north_rad)};
     sun.direct_normal_illuminance_lx =
         read_number(object, "direct_normal_illuminance_lx", {0.0, largest_light, "lx"}, 0.0);
+    if (const auto colour = object.find("colour")) sun.colour = read_light_colour(*colour, primaries);
     return sun;
 }
 
-void read_light(const SceneObject& root, const Site& site, Scene& scene) {
+void read_light(const SceneObject& root, const Site& site, const Primaries& primaries, Scene& scene) {
     const JsonValue sky = root.at("sky");
-    scene.sky = read_sky(sky);
-    if (const auto sun = root.find("sun")) scene.sun = read_sun(*sun, root.find("site"), site);
+    scene.sky = read_sky(sky, primaries);
+    if (const auto sun = root.find("sun")) scene.sun = read_sun(*sun, root.find("site"), site, primaries);
 
     const bool clear =
         scene.sky.model == SkyModel::cie_clear || scene.sky.model == SkyModel::cie_clear_polluted;
@@ -625,7 +465,7 @@ SensorSet read_sensors(const JsonValue& value, UniqueIds& ids, double indoor_are
     return set;
 }
 
-View read_view(const JsonValue& value, UniqueIds& ids) {
+View read_view(const JsonValue& value, UniqueIds& ids, const PictureOptions& picture) {
     constexpr Range pixels{1, 16384, "pixels"};
     const SceneObject object(value, scene_keys::view);
     View view;
@@ -647,6 +487,8 @@ View read_view(const JsonValue& value, UniqueIds& ids) {
         radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
     view.width = read_integer(object, "width", pixels, view.width);
     view.height = read_integer(object, "height", pixels, view.height);
+    view.picture = picture;
+    if (const auto own = object.find("picture")) read_picture(*own, view.picture);
     // Four facet ids and three bands are 40 bytes per pixel: 2.6 GB while it is drawn.
     constexpr double most_megapixels = 64.0;
     const double megapixels = 1e-6 * view.width * view.height;
@@ -664,7 +506,7 @@ void check_version(const JsonValue& value) {
     }
 }
 
-Scene read_document(const JsonDocument& document, const SceneDefaults& defaults) {
+Scene read_document(const JsonDocument& document, SideFiles& files, const SceneDefaults& defaults) {
     const SceneObject root(document.root(), scene_keys::scene);
     check_version(root.at("naturel"));
 
@@ -674,28 +516,28 @@ Scene read_document(const JsonDocument& document, const SceneDefaults& defaults)
     for (const std::string_view key : {"description", "$schema"}) {
         if (const auto text = root.find(key)) read_text(*text);
     }
-    if (const auto primaries = root.find("primaries")) {
-        scene.primaries = read_word<PrimariesName>(
-            *primaries,
-            {{"srgb", PrimariesName::srgb}, {"ebu", PrimariesName::ebu}, {"p22", PrimariesName::p22}});
-    }
+    if (const auto primaries = root.find("primaries")) scene.primaries = read_primaries(*primaries);
+    const Primaries primaries(scene.primaries);
     const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
     scene.north_rad = site.north_rad;
-    if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, scene.primaries);
+    if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, primaries);
+    if (const auto outdoors = root.find("outdoors")) scene.outdoors = read_outdoors(*outdoors);
     const auto grid = root.find("grid"), direct = root.find("direct");
     scene.grid = grid ? read_grid(*grid, defaults.grid) : defaults.grid;
     scene.direct = direct ? read_direct(*direct, defaults.direct) : defaults.direct;
-    const Names names = read_materials(root.at("materials"), scene);
+    const MaterialNames names = read_materials(root.at("materials"), files, scene);
     read_geometry(root, names, scene);
-    read_light(root, site, scene);
+    read_light(root, site, primaries, scene);
     UniqueIds sensor_ids, view_ids;
     PointBudget sensor_budget;
     const double indoor_area_m2 = indoor_shadow_m2(scene);
     for (const JsonValue& value : read_list(root, "sensors", "sensor sets")) {
         scene.sensors.push_back(read_sensors(value, sensor_ids, indoor_area_m2, sensor_budget));
     }
+    PictureOptions picture;
+    if (const auto value = root.find("picture")) read_picture(*value, picture);
     for (const JsonValue& value : read_list(root, "views", "views"))
-        scene.views.push_back(read_view(value, view_ids));
+        scene.views.push_back(read_view(value, view_ids, picture));
     return scene;
 }
 
@@ -725,8 +567,9 @@ std::string read_file(const std::filesystem::path& file) {
 
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
     const JsonDocument document(std::string(text), file_name);
-    Scene scene = read_document(document, defaults);
-    scene.source_sha256 = sha256_hex(text);
+    SideFiles files(std::filesystem::path(file_name).parent_path());
+    Scene scene = read_document(document, files, defaults);
+    scene.source_sha256 = files.sha256_with(text);
     return scene;
 }
 

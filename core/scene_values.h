@@ -50,6 +50,9 @@ struct Range {
 inline constexpr Range coordinate_range{-1e5, 1e5, "m"};
 inline constexpr Range share_range{0.0, 1.0};
 
+/// Light levels above this (the sun's own luminance is 1.6e9 cd/m2) are slips of the pen.
+inline constexpr double largest_light = 1e10;
+
 /// Vectors and edges shorter than this have no direction: a thousand units of the plane coordinates (1 nm).
 inline constexpr double shortest_m = 1e-6;
 

@@ -151,7 +151,7 @@ std::vector<Sunspot> SunspotFinder::on_face(FaceId id) const {
                          .aperture = make_id<ApertureId>(beam.exit),
                          .region = std::move(beam.region),
                          .transmittance = beam.transmittance,
-                         .illuminance_lx = sun_.direct_normal_illuminance_lx * projection.cosine() * beam.transmittance});
+                         .illuminance_lx = sun_.direct_normal_illuminance_lx * projection.cosine() * (sun_.colour * beam.transmittance)});
     }
     return spots;
 }

@@ -9,8 +9,8 @@ namespace naturel {
 
 struct UmbraOptions {
     /// How often an aperture is halved, at most, where occluders may hide it together though none of them hides all of it.
-    int halvings = 4;
-    double smallest_m2 = 1e-3;  ///< halving stops where no more than this could become umbra
+    int halvings = 2;
+    double smallest_m2 = 1e-2;  ///< halving leaves out islands smaller than this: 10 x 10 cm
 };
 
 /// A convex solid that may hide an aperture.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numeric>
 
 namespace naturel {
@@ -39,6 +41,7 @@ FacetSet::FacetSet(const Building& building) {
         items_.push_back(item);
     }
     merge_coplanar();
+    build_tree();
 }
 
 /// Gives coplanar facets the same plane to the last bit, so that their depths tie exactly where they meet or
@@ -76,28 +79,50 @@ void FacetSet::merge_coplanar() {
     }
 }
 
-void FacetsAround::collect(const FacetSet& facets, const glm::dvec3& point_m,
-                           const glm::dvec3& horizon_normal, ApertureDrawing apertures) {
-    viewpoint_m = point_m;
-    entries.clear();
-    behind.clear();
-    entry_of.resize(facets.size());
-    for (std::size_t i = 0; i < facets.size(); ++i) {
-        const FacetSet::Item& item = facets[make_id<FacetId>(i)];
-        if (item.is_aperture && apertures == ApertureDrawing::transparent) continue;
-        if (glm::dot(item.centre_m - point_m, horizon_normal) < -item.radius_m) continue;
-        const double distance_m = item.plane_offset_m - glm::dot(item.plane_normal, point_m);
-        if (std::abs(distance_m) <= edge_on_m) continue;
-        const double along = item.side * distance_m;  // > 0: the facet looks away
-        if (item.faces_a_twin && along > 0) continue;
-        const bool from_behind = along > 0;
-        (from_behind ? behind : entries)
-            .push_back({make_id<FacetId>(i), from_behind, from_behind ? 1.0 : -1.0,
-                        (1 / distance_m) * item.plane_normal});
+void FacetSet::build_tree() {
+    for (std::size_t i = 0; i < items_.size(); ++i) leaf_facets_.push_back(make_id<FacetId>(i));
+    if (items_.empty()) return;
+    tree_.emplace_back();
+    split(0, 0, static_cast<std::uint32_t>(items_.size()));
+}
+
+/// Halves the facets at the median of their centres along the longest side of the box of the centres.
+void FacetSet::split(std::size_t node, std::uint32_t begin, std::uint32_t end) {
+    constexpr std::uint32_t leaf_size = 4;
+    constexpr double everything = std::numeric_limits<double>::max();
+    glm::dvec3 low_m(everything), high_m(-everything), low_centre_m(everything), high_centre_m(-everything);
+    Node box;
+    for (std::uint32_t k = begin; k < end; ++k) {
+        const Item& item = (*this)[leaf_facets_[k]];
+        for (const glm::dvec3& vertex_m : vertices_of(item)) {
+            low_m = glm::min(low_m, vertex_m);
+            high_m = glm::max(high_m, vertex_m);
+        }
+        low_centre_m = glm::min(low_centre_m, item.centre_m);
+        high_centre_m = glm::max(high_centre_m, item.centre_m);
+        (item.is_aperture ? box.has_apertures : box.has_opaque) = true;
     }
-    entries.insert(entries.end(), behind.begin(), behind.end());
-    for (std::size_t k = 0; k < entries.size(); ++k)
-        entry_of[index(entries[k].facet)] = static_cast<std::uint32_t>(k);
+    box.centre_m = 0.5 * (low_m + high_m);
+    box.half_size_m = 0.5 * (high_m - low_m);
+    if (end - begin <= leaf_size) {
+        box.first = begin;
+        box.count = end - begin;
+        tree_[node] = box;
+        return;
+    }
+    const glm::dvec3 size_m = high_centre_m - low_centre_m;
+    const int axis = size_m.x >= size_m.y ? (size_m.x >= size_m.z ? 0 : 2) : (size_m.y >= size_m.z ? 1 : 2);
+    const std::uint32_t middle = begin + (end - begin) / 2;
+    const auto at = [&](std::uint32_t k) { return leaf_facets_.begin() + static_cast<std::ptrdiff_t>(k); };
+    std::nth_element(at(begin), at(middle), at(end), [&](FacetId a, FacetId b) {
+        const double p = (*this)[a].centre_m[axis], q = (*this)[b].centre_m[axis];
+        return p < q || (p == q && a < b);
+    });
+    box.first = static_cast<std::uint32_t>(tree_.size());
+    tree_[node] = box;
+    tree_.resize(tree_.size() + 2);
+    split(box.first, begin, middle);
+    split(box.first + 1, middle, end);
 }
 
 }  // namespace naturel

@@ -38,40 +38,33 @@ public:
         return {vertices_m_.data() + item.first_vertex, item.vertex_count};
     }
 
+    /// A node of the tree of facets: a box around its facets, and two children or, in a leaf, the facets.
+    struct Node {
+        glm::dvec3 centre_m{}, half_size_m{};
+        std::uint32_t first = 0;  ///< leaf: facets leaf_facets()[first, first + count); else children first, first + 1
+        std::uint32_t count = 0;  ///< 0: not a leaf
+        bool has_opaque = false, has_apertures = false;
+    };
+    /// The root is the first; empty without facets.
+    const std::vector<Node>& tree() const { return tree_; }
+    const std::vector<FacetId>& leaf_facets() const { return leaf_facets_; }
+
 private:
     void merge_coplanar();
+    void build_tree();
+    void split(std::size_t node, std::uint32_t begin, std::uint32_t end);
 
     std::vector<Item> items_;
     std::vector<glm::dvec3> vertices_m_;
+    std::vector<Node> tree_;
+    std::vector<FacetId> leaf_facets_;
 };
 
-enum class ApertureDrawing {
-    surfaces,     ///< apertures hide what is behind them: form factors
-    transparent,  ///< apertures are left out: first seen facet, pictures
-};
-
-/// The facets that may be seen from a point, in drawing order. Where two lie at the same depth the first
-/// drawn stays: those that face the viewpoint come before those seen from behind (the two sides of a
-/// two-sided polygon are coplanar), then the smaller FacetId.
-struct FacetsAround {
-    struct Entry {
-        FacetId facet{};
-        bool from_behind = false;
-        double winding = 1.0;  ///< 1 if the vertices go clockwise as seen from the viewpoint, else -1
-        glm::dvec3
-            inverse_depth{};  ///< the ray viewpoint + t d meets the plane at 1 / t = dot(inverse_depth, d)
-    };
-    glm::dvec3 viewpoint_m{};
-    std::vector<Entry> entries;
-    /// From FacetId to position in entries; only those of `entries` are valid.
-    std::vector<std::uint32_t> entry_of;
-    std::vector<Entry> behind;  ///< scratch of collect()
-
-    const Entry& operator[](FacetId facet) const { return entries[entry_of[index(facet)]]; }
-
-    /// horizon_normal: only what is above the plane through the viewpoint is seen; zero: no horizon.
-    void collect(const FacetSet& facets, const glm::dvec3& viewpoint_m, const glm::dvec3& horizon_normal,
-                 ApertureDrawing apertures);
+/// Which facets are drawn.
+enum class FacetKind {
+    opaque,     ///< all but apertures: what is seen first, pictures
+    apertures,  ///< on top of the opaque ones: form factors
+    all,
 };
 
 }  // namespace naturel

@@ -6,8 +6,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <utility>
 
 #include "core/errors.h"
@@ -17,6 +17,7 @@
 #include "core/view.h"
 #include "hemicube_backend/facet_set.h"
 #include "hemicube_backend/item_buffer.h"
+#include "hemicube_backend/patch_lookup.h"
 #include "hemicube_backend/projection_cells.h"
 
 namespace naturel {
@@ -27,9 +28,6 @@ constexpr std::size_t plane_count = 5;
 
 /// Rows of a picture that one task draws.
 constexpr std::size_t picture_band_rows = 32;
-
-/// No building is larger; keeps points under cells finite, m.
-constexpr double farthest_m = 1e6;
 
 std::string_view surface_name(ProjectionSurface surface) {
     switch (surface) {
@@ -47,17 +45,34 @@ std::string_view spacing_name(CellSpacing spacing) {
             return "equal_solid_angle";
         case CellSpacing::equal_form_factor:
             return "equal_form_factor";
+        case CellSpacing::equal_plane_angle:
+            return "equal_plane_angle";
         case CellSpacing::uniform:
             return "uniform";
     }
     return "";
 }
 
+std::string_view rim_name(RimShare rim) {
+    switch (rim) {
+        case RimShare::left_out:
+            return "left_out";
+        case RimShare::renormalised:
+            return "renormalised";
+        case RimShare::strip:
+            return "strip";
+    }
+    return "";
+}
+
 void check(const HemicubeOptions& options) {
-    if (options.resolution < 2 || options.resolution > 4096 || options.resolution % 2 != 0) {
-        throw InputError(
-            "hemicube resolution",
-            fmt::format("{} cells along a side (it must be even, from 2 to 4096)", options.resolution));
+    if (options.resolution < 1 || options.resolution > 4096) {
+        throw InputError("hemicube resolution",
+                         fmt::format("{} cells along a side (it must be from 1 to 4096)", options.resolution));
+    }
+    if (options.viewpoints < 1 || options.viewpoints > 4096) {
+        throw InputError("hemicube viewpoints",
+                         fmt::format("{} viewpoints of a patch (it must be from 1 to 4096)", options.viewpoints));
     }
     if (!(options.half_side_over_height > 0) || !std::isfinite(options.half_side_over_height)) {
         throw InputError("hemicube half_side_over_height",
@@ -92,117 +107,41 @@ ProjectionAxes axes_of(const Station& station, std::size_t plane) {
     return {glm::cross(station.normal, sides[plane - 1]), station.normal, sides[plane - 1]};
 }
 
-/// The patches' outlines, where rows of cells leave them.
-struct PatchEdges {
-    struct Edge {
-        glm::dvec3 inward{};  ///< dot(inward, p) >= offset_m on the side of the patch
-        double offset_m = 0.0;
-    };
-    std::vector<Edge> edges;
-    std::vector<std::uint32_t> first;  ///< edges of patch i: [first[i], first[i + 1])
-
-    explicit PatchEdges(const PatchGrid& grid) {
-        for (std::size_t i = 0; i < grid.patches.size(); ++i) {
-            const std::span<const glm::dvec3> corners_m = grid.polygon_of(make_id<PatchId>(i));
-            first.push_back(static_cast<std::uint32_t>(edges.size()));
-            for (std::size_t k = 0; k < corners_m.size(); ++k) {
-                const glm::dvec3 along = corners_m[(k + 1) % corners_m.size()] - corners_m[k];
-                const glm::dvec3 inward = glm::cross(grid.patches[i].normal, along);
-                edges.push_back({inward, glm::dot(inward, corners_m[k])});
-            }
-        }
-        first.push_back(static_cast<std::uint32_t>(edges.size()));
+/// `count` points spread over a convex polygon: Hammersley's set, which is stratified where count is a power of 2, moved so that
+/// it is centred. One point is the centroid.
+std::vector<glm::dvec3> viewpoints_of(const PatchGrid& grid, PatchId patch, int count) {
+    const glm::dvec3 centroid_m = grid.patches[index(patch)].centroid_m;
+    if (count == 1) return {centroid_m};
+    const std::span<const glm::dvec3> corners_m = grid.polygon_of(patch);
+    // The fan of triangles around the first corner, and the area up to each.
+    std::vector<double> area_before{0.0};
+    for (std::size_t k = 1; k + 1 < corners_m.size(); ++k) {
+        const glm::dvec3 cross = glm::cross(corners_m[k] - corners_m[0], corners_m[k + 1] - corners_m[0]);
+        area_before.push_back(area_before.back() + glm::length(cross));
     }
-};
-
-/// The edges by which rows of one plane of a projection leave each patch, worked out when first asked for.
-class PatchExits {
-public:
-    explicit PatchExits(const PatchEdges& edges)
-        : edges_(edges), lines_(edges.edges.size()), known_(edges.first.size() - 1) {}
-
-    void begin(const glm::dvec3& viewpoint_m, const ProjectionAxes& axes) {
-        viewpoint_m_ = viewpoint_m;
-        axes_ = axes;
-        ++plane_;
+    std::vector<glm::dvec3> points_m;
+    const auto bits = static_cast<unsigned>(std::bit_width(static_cast<unsigned>(count - 1)));
+    for (int k = 0; k < count; ++k) {
+        const double u = (k + 0.5) / count;
+        double v = std::ldexp(0.5, -static_cast<int>(bits));  // the bits of k in reverse, behind the point
+        for (unsigned bit = 0; bit < bits; ++bit)
+            if ((static_cast<unsigned>(k) >> bit & 1u) != 0) v += std::ldexp(0.5, -static_cast<int>(bit));
+        const double area = u * area_before.back();
+        std::size_t triangle = 1;
+        while (triangle + 1 < area_before.size() && area_before[triangle] < area) ++triangle;
+        const double share = (area - area_before[triangle - 1]) / (area_before[triangle] - area_before[triangle - 1]);
+        // Across the triangle by angle from its first side, then away from the corner by area.
+        const glm::dvec3 opposite_m = glm::mix(corners_m[triangle], corners_m[triangle + 1], share);
+        points_m.push_back(glm::mix(corners_m[0], opposite_m, std::sqrt(v)));
     }
-
-    /// x at which the row at y leaves a patch to the right. inverse_depth: of the patch's plane
-    /// (FacetsAround::Entry). docs/hemicube.md, eq. 8.
-    double at(PatchId patch, const glm::dvec3& inverse_depth, double y) {
-        Known& known = known_[index(patch)];
-        if (known.plane != plane_) find_lines(patch, inverse_depth, known);
-        const Line* const lines = lines_.data() + edges_.first[index(patch)];
-        double x = std::numeric_limits<double>::infinity();
-        for (std::uint32_t k = 0; k < known.line_count; ++k)
-            x = std::min(x, lines[k].at_zero + lines[k].slope * y);
-        return x;
-    }
-
-private:
-    struct Line {
-        double at_zero = 0.0, slope = 0.0;  ///< x = at_zero + slope y
-    };
-    struct Known {
-        std::uint64_t plane = 0;
-        std::uint32_t line_count = 0;
-    };
-
-    /// The point viewpoint + d / w of direction d = x right + y up + forward, w = dot(inverse_depth, d), lies
-    /// inside an edge if dot(inward, d) + w (dot(inward, viewpoint) - offset) >= 0: linear in x and y.
-    void find_lines(PatchId patch, const glm::dvec3& inverse_depth, Known& known) {
-        const std::uint32_t first = edges_.first[index(patch)], last = edges_.first[index(patch) + 1];
-        known = {plane_, 0};
-        for (std::uint32_t k = first; k < last; ++k) {
-            const PatchEdges::Edge& edge = edges_.edges[k];
-            const glm::dvec3 g =
-                edge.inward + (glm::dot(edge.inward, viewpoint_m_) - edge.offset_m) * inverse_depth;
-            const double g_x = glm::dot(g, axes_.right), g_y = glm::dot(g, axes_.up);
-            // An edge along the rows is not left to the right.
-            if (g_x >= -1e-14 * std::abs(g_y)) continue;
-            lines_[first + known.line_count++] = {-glm::dot(g, axes_.forward) / g_x, -g_y / g_x};
-        }
-    }
-
-    const PatchEdges& edges_;
-    std::vector<Line> lines_;   ///< as edges_.edges
-    std::vector<Known> known_;  ///< [patches]
-    std::uint64_t plane_ = 0;
-    glm::dvec3 viewpoint_m_{};
-    ProjectionAxes axes_;
-};
-
-/// Form factors summed per patch. Sparse: clearing costs what was touched.
-class PatchSums {
-public:
-    explicit PatchSums(std::size_t patch_count) : sums_(patch_count, 0.0) {}
-
-    void add(PatchId patch, double weight) {
-        double& sum = sums_[index(patch)];
-        if (sum == 0.0) touched_.push_back(patch);
-        sum += weight;
-    }
-
-    /// Writes the sums in patch order and clears them.
-    void move_to(FormFactorRow& row) {
-        std::sort(touched_.begin(), touched_.end());
-        for (const PatchId patch : touched_) {
-            row.patches.push_back(patch);
-            row.values.push_back(std::exchange(sums_[index(patch)], 0.0));
-        }
-        touched_.clear();
-    }
-
-private:
-    std::vector<double> sums_;
-    std::vector<PatchId> touched_;
-};
+    return points_m;
+}
 
 class HemicubeVisibility final : public Visibility {
 public:
     HemicubeVisibility(const Building& building, const PatchGrid& grid, const HemicubeOptions& options)
-        : options_(options), facets_(building), grid_(grid), edges_(grid), scratch_([this] {
-              return Scratch(grid_.patches.size(), edges_);
+        : options_(options), facets_(building), grid_(grid), lookup_(facets_, grid_), scratch_([this] {
+              return Scratch(grid_.patches.size());
           }) {
         for (const Face& face : building.faces)
             face_tangents_.push_back(face.frame.u_m);
@@ -214,7 +153,9 @@ public:
             front_ = single_plane_cells(options.resolution, half_side_, options.spacing);
             side_ = rim_cells(options.resolution, half_side_);
             const double s = half_side_ / std::sqrt(1 + half_side_ * half_side_);
-            truncated_ = 1 - 4 / pi * s * std::atan(s);
+            const double beyond_rim = 1 - 4 / pi * s * std::atan(s);
+            if (options.rim == RimShare::left_out) truncated_ = beyond_rim;
+            if (options.rim == RimShare::renormalised) scale_ = 1 / (1 - beyond_rim);
         }
     }
 
@@ -225,50 +166,73 @@ public:
                 {"resolution", fmt::format("{}", options_.resolution)},
                 {"half_side_over_height", fmt::format("{}", options_.half_side_over_height)},
                 {"spacing", std::string(spacing_name(options_.spacing))},
+                {"rim", std::string(rim_name(options_.rim))},
+                {"viewpoints", fmt::format("{}", options_.viewpoints)},
                 {"random_rotation", options_.random_rotation ? "true" : "false"},
-                {"seed", fmt::format("{}", options_.seed)}};
+                {"seed", fmt::format("{}", options_.seed)},
+                {"widest_cell_deg",
+                 fmt::format("{:.4g}", std::max(widest_cell_rad(front_), widest_cell_rad(side_)) * 180 / pi)}};
     }
 
     void form_factor_row(PatchId from, FormFactorRow& row) const override {
         const Patch& patch = grid_.patches[index(from)];
         const glm::dvec3& along_u = face_tangents_[index(patch.face)];
-        Station station{patch.centroid_m, patch.normal, {}};
-        station.tangent = glm::normalize(along_u - glm::dot(along_u, patch.normal) * patch.normal);
-        if (options_.random_rotation) {
-            station.tangent =
-                turned(station.tangent, station.normal, hash(hash(options_.seed) ^ index(from)));
+        const glm::dvec3 tangent = glm::normalize(along_u - glm::dot(along_u, patch.normal) * patch.normal);
+        const std::vector<glm::dvec3> points_m = viewpoints_of(grid_, from, options_.viewpoints);
+        Scratch& scratch = scratch_.local();
+        row.clear();
+        for (std::size_t k = 0; k < points_m.size(); ++k) {
+            Station station{points_m[k], patch.normal, tangent};
+            if (options_.random_rotation) {
+                const std::uint64_t turn = hash(hash(options_.seed) ^ index(from));
+                station.tangent = turned(tangent, patch.normal, k == 0 ? turn : hash(turn ^ k));
+            }
+            row.lost += add_planes(station, scratch);
         }
-        compute_row(station, row);
+        finish(row, 1.0 / static_cast<double>(points_m.size()), scratch);
     }
 
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override {
-        compute_row(station_of(from), row);
+        row.clear();
+        Scratch& scratch = scratch_.local();
+        SeenAround& around = scratch.seen;
+        // What first_seen() has drawn from here lacks nothing but the apertures.
+        const bool drawn = around.is_at(from);
+        const Station station = drawn ? around.station : station_of(from);
+        for (std::size_t plane = 0; plane < planes(); ++plane) {
+            if (drawn && around.drawn[plane]) {
+                scratch.buffer = around.planes[plane];
+                scratch.buffer.add(facets_, FacetKind::apertures);
+            } else {
+                scratch.buffer.draw(facets_, projection_of(station, plane), cells_of(plane), FacetKind::all);
+            }
+            row.lost += lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
+        }
+        finish(row, 1.0, scratch);
     }
 
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
         SeenAround& around = scratch_.local().seen;
-        if (!around.valid || around.point.position_m != from.position_m ||
-            around.point.normal != from.normal) {
+        if (!around.is_at(from)) {
             around.valid = true;
             around.point = from;
             around.station = station_of(from);
-            around.facets.collect(facets_, from.position_m, from.normal, ApertureDrawing::transparent);
             around.drawn.fill(false);
         }
         for (std::size_t k = 0; k < directions.size(); ++k) {
             const std::size_t plane = plane_of(around.station, directions[k]);
-            const ProjectionCells& cells = plane == 0 ? front_ : side_;
-            const ProjectionAxes axes = axes_of(around.station, plane);
+            const ProjectionCells& cells = cells_of(plane);
             if (!around.drawn[plane]) {
-                around.planes[plane].draw(facets_, around.facets, axes, cells);
+                around.planes[plane].draw(facets_, projection_of(around.station, plane), cells, FacetKind::opaque);
                 around.drawn[plane] = true;
             }
+            const ProjectionAxes& axes = around.planes[plane].projection().axes;
             const double depth = glm::dot(directions[k], axes.forward);
             const int row = cells.row_of(glm::dot(directions[k], axes.up) / depth);
             const int column = cells.column_of(row, glm::dot(directions[k], axes.right) / depth);
-            seen[k] = around.planes[plane].row(row)[static_cast<std::size_t>(column)];
+            seen[k] = around.planes[plane].facet(row, column);
         }
     }
 
@@ -277,21 +241,16 @@ public:
         NATUREL_EXPECT(seen.size() ==
                        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
         const ProjectionCells cells = picture_cells(camera);
-        const ProjectionAxes axes{camera.right, -camera.up, camera.forward};
-        FacetsAround around;
-        around.collect(facets_, camera.eye_m, glm::dvec3(0), ApertureDrawing::transparent);
-        const auto rows = static_cast<std::size_t>(camera.height),
-                   columns = static_cast<std::size_t>(camera.width);
+        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}};
+        const auto rows = static_cast<std::size_t>(camera.height), columns = static_cast<std::size_t>(camera.width);
         parallel_for((rows + picture_band_rows - 1) / picture_band_rows, 1, [&](std::size_t band) {
             ItemBuffer& buffer = scratch_.local().buffer;
-            const int begin = static_cast<int>(band * picture_band_rows);
-            const int end = static_cast<int>(std::min((band + 1) * picture_band_rows, rows));
-            buffer.draw(facets_, around, axes, cells, begin, end);
-            for (int row = begin; row < end; ++row) {
-                const std::span<const FacetId> items = buffer.row(row);
-                std::copy(
-                    items.begin(), items.end(),
-                    seen.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(row) * columns));
+            const std::size_t end = std::min((band + 1) * picture_band_rows, rows);
+            buffer.draw(facets_, projection, cells, FacetKind::opaque, static_cast<int>(band * picture_band_rows),
+                        static_cast<int>(end));
+            for (std::size_t row = band * picture_band_rows; row < end; ++row) {
+                std::transform(buffer.codes(static_cast<int>(row)), buffer.codes(static_cast<int>(row)) + columns,
+                               seen.begin() + static_cast<std::ptrdiff_t>(row * columns), ItemBuffer::facet_of);
             }
         });
     }
@@ -303,17 +262,19 @@ private:
         bool valid = false;
         GatherPoint point;
         Station station;
-        FacetsAround facets;
         std::array<ItemBuffer, plane_count> planes;
         std::array<bool, plane_count> drawn{};
+
+        bool is_at(const GatherPoint& other) const {
+            return valid && point.position_m == other.position_m && point.normal == other.normal;
+        }
     };
 
     struct Scratch {
-        Scratch(std::size_t patch_count, const PatchEdges& edges) : sums(patch_count), exits(edges) {}
-        FacetsAround facets;
+        explicit Scratch(std::size_t patch_count) : sums(patch_count) {}
         ItemBuffer buffer;
         PatchSums sums;
-        PatchExits exits;
+        PatchLookup::Scratch lookup;
         SeenAround seen;
     };
 
@@ -341,79 +302,39 @@ private:
         return along_bitangent > 0 ? 2 : 4;
     }
 
-    void compute_row(const Station& station, FormFactorRow& row) const {
-        row.clear();
-        Scratch& scratch = scratch_.local();
-        scratch.facets.collect(facets_, station.position_m, station.normal, ApertureDrawing::surfaces);
-        const std::size_t planes = options_.surface == ProjectionSurface::hemicube ? plane_count : 1;
-        for (std::size_t plane = 0; plane < planes; ++plane) {
-            const ProjectionCells& cells = plane == 0 ? front_ : side_;
-            const ProjectionAxes axes = axes_of(station, plane);
-            scratch.buffer.draw(facets_, scratch.facets, axes, cells);
-            scratch.exits.begin(station.position_m, axes);
-            for (int r = 0; r < cells.rows; ++r)
-                row.lost += add_cells(r, axes, cells, scratch);
+    /// Planes that rows of form factors look at. first_seen() looks at all.
+    std::size_t planes() const {
+        return options_.surface == ProjectionSurface::hemicube || options_.rim == RimShare::strip ? plane_count : 1;
+    }
+    const ProjectionCells& cells_of(std::size_t plane) const { return plane == 0 ? front_ : side_; }
+    static Projection projection_of(const Station& station, std::size_t plane) {
+        return {station.position_m, axes_of(station, plane)};
+    }
+
+    /// Adds what is seen from a point to the sums; returns what is lost.
+    double add_planes(const Station& station, Scratch& scratch) const {
+        double lost = 0.0;
+        for (std::size_t plane = 0; plane < planes(); ++plane) {
+            scratch.buffer.draw(facets_, projection_of(station, plane), cells_of(plane), FacetKind::all);
+            lost += lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
         }
-        scratch.sums.move_to(row);
+        return lost;
+    }
+
+    void finish(FormFactorRow& row, double share, Scratch& scratch) const {
+        scratch.sums.move_to(row, share * scale_);
+        row.lost *= share * scale_;
         row.truncated = truncated_;
-    }
-
-    /// Adds the weight of a row's cells to the patches they show; returns what is left.
-    double add_cells(int row, const ProjectionAxes& axes, const ProjectionCells& cells,
-                     Scratch& scratch) const {
-        const std::span<const FacetId> items = scratch.buffer.row(row);
-        double lost = 0.0;
-        for (int begin = 0, end = 0; begin < cells.columns; begin = end) {
-            const FacetId facet = items[static_cast<std::size_t>(begin)];
-            for (end = begin + 1; end < cells.columns && items[static_cast<std::size_t>(end)] == facet;)
-                ++end;
-            if (facet == FacetId::none || scratch.facets[facet].from_behind ||
-                !facets_[facet].exchanges_light) {
-                lost += cells.weight(row, begin, end);
-            } else {
-                lost += add_run(facet, row, begin, end, axes, cells, scratch);
-            }
-        }
-        return lost;
-    }
-
-    /// The same for cells [begin, end), which show one facet. A patch is convex, so that the cells of a row
-    /// that show it are neighbours: one look at the grid per patch and row is enough, and where the row
-    /// leaves the patch follows from its edges (docs/hemicube.md, eq. 8).
-    double add_run(FacetId facet, int row, int begin, int end, const ProjectionAxes& axes,
-                   const ProjectionCells& cells, Scratch& scratch) const {
-        const glm::dvec3& eye_m = scratch.facets.viewpoint_m;
-        const glm::dvec3& inverse_depth = scratch.facets[facet].inverse_depth;
-        const double y = cells.row_centres[static_cast<std::size_t>(row)];
-        const glm::dvec3 row_direction = axes.forward + y * axes.up;
-        const double w_0 = glm::dot(inverse_depth, row_direction), w_x = glm::dot(inverse_depth, axes.right);
-        const float* const centres = cells.centres_of(row).data();
-        const FaceId face = facets_[facet].face;
-        double lost = 0.0;
-        for (int next = begin; begin < end; begin = next) {
-            const double x = centres[begin];
-            // Farther than farthest_m only by rounding, where a facet is seen almost edge-on.
-            const double depth_m = 1 / std::max(w_0 + w_x * x, 1 / farthest_m);
-            const PatchId patch = grid_.patch_at(face, eye_m + depth_m * (row_direction + x * axes.right));
-            if (patch == PatchId::none) {
-                next = begin + 1;
-                lost += cells.weight(row, begin, next);
-                continue;
-            }
-            const double leaves_at = scratch.exits.at(patch, inverse_depth, y);
-            next = std::clamp(cells.columns_before(row, leaves_at, begin + 1), begin + 1, end);
-            scratch.sums.add(patch, cells.weight(row, begin, next));
-        }
-        return lost;
     }
 
     HemicubeOptions options_;
     FacetSet facets_;
     PatchGrid grid_;
     std::vector<glm::dvec3> face_tangents_;  ///< [faces]
-    PatchEdges edges_;
+    PatchLookup lookup_;
     double half_side_ = 1.0;  ///< of the plane before the point, at distance 1
-    double truncated_ = 0.0;
+    double truncated_ = 0.0;  ///< share of each row
+    double scale_ = 1.0;      ///< of rows that give back what passes below the rim
     ProjectionCells front_, side_;
     mutable ThreadScratch<Scratch> scratch_;
 };

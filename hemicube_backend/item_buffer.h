@@ -2,46 +2,87 @@
 #include <span>
 #include <vector>
 
+#include "hemicube_backend/cell_kernels.h"
 #include "hemicube_backend/facet_set.h"
 #include "hemicube_backend/projection_cells.h"
 
 namespace naturel {
 
 /// How a plane of a projection lies in the world: orthonormal, right x up = forward. x of its cells follows
-/// `right`, y follows `up`, and the point (x, y) lies in the direction x right + y up + forward.
+/// `right`, y follows `up`.
 struct ProjectionAxes {
     glm::dvec3 right{}, up{}, forward{};
 };
 
-/// What each cell of a plane of a projection shows: the facet that is nearest in the direction of the cell's
-/// centre. Scratch memory: drawing again allocates nothing once warm.
+struct Projection {
+    glm::dvec3 eye_m{};
+    ProjectionAxes axes{};
+    /// false: rays leave the eye, the point (x, y) lies in the direction x right + y up + forward.
+    /// true: rays leave eye + x right + y up along `forward`; x and y in metres.
+    bool parallel = false;
+};
+
+/// What each cell of a plane of a projection shows: the facet that is nearest along the ray through the cell's
+/// centre. Where two are equally near it is the one that faces the viewpoint, then the one with the smaller FacetId: what
+/// is shown does not depend on the order of drawing. Scratch memory: drawing again allocates nothing once warm.
 class ItemBuffer {
 public:
-    /// Draws rows [row_begin, row_end) of `cells`. Facets may surround the viewpoint; nothing needs to be
-    /// clipped. docs/hemicube.md, "Item buffer".
-    void draw(const FacetSet& facets, const FacetsAround& around, const ProjectionAxes& axes,
-              const ProjectionCells& cells, int row_begin, int row_end);
-    void draw(const FacetSet& facets, const FacetsAround& around, const ProjectionAxes& axes,
-              const ProjectionCells& cells) {
-        draw(facets, around, axes, cells, 0, cells.rows);
-    }
+    struct Entry {
+        FacetId facet{};
+        glm::dvec3 inverse_depth{};  ///< perspective: the ray eye + t d meets the plane at 1 / t = dot(inverse_depth, d)
+        double w_1 = 0.0, w_x = 0.0, w_y = 0.0;  ///< depth w_1 + w_x x + w_y y: 1 / t, or - t if parallel
+    };
 
-    /// [columns], none where a cell shows nothing; row in [row_begin, row_end) of the last draw().
-    std::span<const FacetId> row(int row) const {
-        return {items_.data() + static_cast<std::size_t>(row - row_begin_) * columns_, columns_};
+    /// Draws rows [row_begin, row_end) of `cells`, which must live as long as what is asked about it.
+    /// Facets may surround the viewpoint. docs/hemicube.md, "Item buffer".
+    void draw(const FacetSet& facets, const Projection& projection, const ProjectionCells& cells, FacetKind kind, int row_begin,
+              int row_end);
+    void draw(const FacetSet& facets, const Projection& projection, const ProjectionCells& cells, FacetKind kind) {
+        draw(facets, projection, cells, kind, 0, cells.rows);
     }
+    /// Draws more facets over what is there.
+    void add(const FacetSet& facets, FacetKind kind);
+
+    /// FacetId::none where a cell shows nothing; row in [row_begin, row_end) of the last draw().
+    FacetId facet(int row, int column) const { return facet_of(codes(row)[column]); }
+
+    static FacetId facet_of(ItemCode code) {
+        return code == empty_item ? FacetId::none : make_id<FacetId>(static_cast<std::uint32_t>(code) & 0x7fff'ffffu);
+    }
+    static bool faces_viewpoint(ItemCode code) { return code < 0; }
+
+    /// [columns], and kernel_lanes more that may be read.
+    const ItemCode* codes(int row) const { return items_.data() + (row - row_begin_) * stride_; }
+    const Projection& projection() const { return projection_; }
+    /// Of a facet that some cell shows.
+    std::uint32_t entry_number(FacetId facet) const { return entry_of_[index(facet)]; }
+    const std::vector<Entry>& entries() const { return entries_; }
 
 private:
-    void draw_facet(const FacetsAround::Entry& entry, std::span<const glm::dvec3> vertices_m,
-                    const glm::dvec3& viewpoint_m, const ProjectionAxes& axes, const ProjectionCells& cells,
-                    int row_end);
+    struct Window;
+    struct Extent {
+        double begin, end;
+    };
+    void draw_facet(const FacetSet& facets, FacetId facet);
+    /// True if nothing in the rectangle can come before what is drawn. nearest: depth of what may be there.
+    bool is_hidden(const Extent& x, const Extent& y, double nearest);
+    bool box_is_hidden(const FacetSet::Node& node);
+    float farthest_in_tile(std::size_t tile_row, std::size_t tile);
 
-    int row_begin_ = 0;
-    std::size_t columns_ = 0;
-    std::vector<FacetId> items_;        ///< [rows x columns]
-    std::vector<float> inverse_depth_;  ///< the same; 0 is infinitely far
-    std::vector<glm::dvec3> corners_;   ///< of the facet being drawn, along the axes
-    std::vector<double> left_, right_;  ///< [rows], ends of the facet being drawn
+    Projection projection_;
+    const ProjectionCells* cells_ = nullptr;
+    int row_begin_ = 0, row_end_ = 0;
+    std::ptrdiff_t stride_ = 0;
+    std::vector<ItemCode> items_;   ///< [rows x stride]
+    std::vector<float> depth_;      ///< the same: larger is nearer
+    std::vector<float> farthest_;   ///< smallest depth of each tile; NaN: to be found
+    std::vector<Entry> entries_;    ///< of the facets drawn
+    std::vector<std::uint32_t> entry_of_;  ///< [facets]
+    // Of the facet being drawn:
+    std::vector<glm::dvec3> corners_, clipped_;  ///< along the axes
+    std::vector<double> left_, right_, at_origin_;  ///< [rows]
+    std::vector<int> first_, last_;                 ///< [rows]
+    std::vector<std::uint32_t> stack_;
 };
 
 }  // namespace naturel

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/units.h"
+#include "hemicube_backend/cell_kernels.h"
 
 namespace naturel {
 namespace {
@@ -84,6 +85,25 @@ void mirror(std::span<const double> half_steps, double* lines, double* centres) 
     }
 }
 
+/// What is derived from the lines and centres.
+ProjectionCells finished(ProjectionCells cells) {
+    cells.column_centres.resize(cells.column_centres.size() + kernel_lanes);
+    cells.tiles_per_row = static_cast<std::size_t>((cells.columns + tile_columns - 1) / tile_columns);
+    for (int row = 0; row < cells.rows; row += tile_rows) {
+        for (int column = 0; column < cells.columns; column += tile_columns) {
+            const auto begin = static_cast<std::size_t>(column),
+                       end = static_cast<std::size_t>(std::min(column + tile_columns, cells.columns));
+            ProjectionCells::Tile tile{cells.lines_of(row)[begin], cells.lines_of(row)[end]};
+            for (int r = row; r < std::min(row + tile_rows, cells.rows); ++r) {
+                tile.x_begin = std::min(tile.x_begin, cells.lines_of(r)[begin]);
+                tile.x_end = std::max(tile.x_end, cells.lines_of(r)[end]);
+            }
+            cells.tiles.push_back(tile);
+        }
+    }
+    return cells;
+}
+
 ProjectionCells uniform_cells(int columns, double x_begin, double x_end, int rows, double y_begin,
                               double y_end) {
     ProjectionCells cells;
@@ -99,7 +119,7 @@ ProjectionCells uniform_cells(int columns, double x_begin, double x_end, int row
         cells.row_lines.push_back(y_begin + (y_end - y_begin) * k / rows);
     for (int k = 0; k < rows; ++k)
         cells.row_centres.push_back(y_begin + (y_end - y_begin) * (k + 0.5) / rows);
-    return cells;
+    return finished(std::move(cells));
 }
 
 ProjectionCells equal_cells(int resolution, double half_side, const Measure& measure) {
@@ -114,8 +134,9 @@ ProjectionCells equal_cells(int resolution, double half_side, const Measure& mea
     mirror(equal_parts([&](double y) { return measure.corner(y, half_side); },
                        [&](double y) { return measure.slope(y, half_side); }, half_side, resolution),
            cells.row_lines.data(), cells.row_centres.data());
-    parallel_for(n / 2, 8, [&](std::size_t k) {
-        const std::size_t row = n / 2 + k, mirrored_row = n / 2 - 1 - k;
+    // The upper half, with the middle row of an odd number.
+    parallel_for((n + 1) / 2, 8, [&](std::size_t k) {
+        const std::size_t row = n / 2 + k, mirrored_row = n - 1 - row;
         const double y_begin = cells.row_lines[row], y_end = cells.row_lines[row + 1];
         const std::vector<double> half_steps =
             equal_parts([&](double x) { return measure.corner(x, y_end) - measure.corner(x, y_begin); },
@@ -128,7 +149,26 @@ ProjectionCells equal_cells(int resolution, double half_side, const Measure& mea
                            [](double x) { return static_cast<float>(x); });
         }
     });
-    return cells;
+    return finished(std::move(cells));
+}
+
+/// Lines at the tangents of equal steps of angle, the same for every row and column.
+ProjectionCells equal_angle_cells(int resolution, double half_side) {
+    const auto n = static_cast<std::size_t>(resolution);
+    std::vector<double> half_steps;
+    for (int k = 0; k < resolution; ++k) half_steps.push_back(std::tan(std::atan(half_side) * k / resolution));
+    half_steps.push_back(half_side);
+    ProjectionCells cells;
+    cells.columns = cells.rows = resolution;
+    cells.uniform = false;
+    cells.row_lines.resize(n + 1);
+    cells.row_centres.resize(n);
+    mirror(half_steps, cells.row_lines.data(), cells.row_centres.data());
+    for (std::size_t row = 0; row < n; ++row) {
+        cells.column_lines.insert(cells.column_lines.end(), cells.row_lines.begin(), cells.row_lines.end());
+        for (const double x : cells.row_centres) cells.column_centres.push_back(static_cast<float>(x));
+    }
+    return finished(std::move(cells));
 }
 
 /// corner: form factor of the rectangle [0, x] x [0, y].
@@ -164,7 +204,7 @@ ProjectionCells hemicube_top_cells(int resolution) {
 }
 
 ProjectionCells hemicube_side_cells(int resolution) {
-    ProjectionCells cells = uniform_cells(resolution, -1, 1, resolution / 2, 0, 1);
+    ProjectionCells cells = uniform_cells(resolution, -1, 1, (resolution + 1) / 2, 0, 1);
     weigh(cells, perpendicular_form_factor);
     return cells;
 }
@@ -178,6 +218,9 @@ ProjectionCells single_plane_cells(int resolution, double half_side, CellSpacing
         case CellSpacing::equal_form_factor:
             cells = equal_cells(resolution, half_side, {parallel_form_factor, parallel_form_factor_slope});
             break;
+        case CellSpacing::equal_plane_angle:
+            cells = equal_angle_cells(resolution, half_side);
+            break;
         case CellSpacing::uniform:
             cells = uniform_cells(resolution, -half_side, half_side, resolution, -half_side, half_side);
             break;
@@ -189,7 +232,27 @@ ProjectionCells single_plane_cells(int resolution, double half_side, CellSpacing
 ProjectionCells rim_cells(int resolution, double half_side) {
     const double square_rows = std::ceil(resolution / (2 * half_side));  // as high as wide
     const int rows = static_cast<int>(std::clamp(square_rows, 2.0, static_cast<double>(resolution)));
-    return uniform_cells(resolution, -1, 1, rows, 0, 1 / half_side);
+    ProjectionCells cells = uniform_cells(resolution, -1, 1, rows, 0, 1 / half_side);
+    weigh(cells, perpendicular_form_factor);
+    return cells;
+}
+
+double widest_cell_rad(const ProjectionCells& cells) {
+    double widest_rad = 0.0;
+    // The angle between (x, y, 1) at both ends of a line of length `step` at distance r from its own foot; r: of that line.
+    const auto angle = [](double begin, double end, double r) { return std::atan(end / r) - std::atan(begin / r); };
+    for (int row = 0; row < cells.rows; ++row) {
+        const auto r = static_cast<std::size_t>(row);
+        const double y = cells.row_centres[r];
+        const std::span<const double> lines = cells.lines_of(row);
+        const std::span<const float> centres = cells.centres_of(row);
+        for (std::size_t k = 0; k < centres.size(); ++k) {
+            const double x = centres[k];
+            widest_rad = std::max({widest_rad, angle(lines[k], lines[k + 1], std::sqrt(1 + y * y)),
+                                   angle(cells.row_lines[r], cells.row_lines[r + 1], std::sqrt(1 + x * x))});
+        }
+    }
+    return widest_rad;
 }
 
 ProjectionCells picture_cells(const Camera& camera) {

@@ -1,12 +1,17 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/view.h"
 #include "hemicube_backend/hemicube_visibility.h"
 
 namespace naturel {
+
+/// Blocks of cells for which an item buffer knows the farthest depth. As wide as what a kernel works on.
+inline constexpr int tile_rows = 8, tile_columns = 16;
 
 /// How one plane of a projection is divided into cells. The plane lies at distance 1 before the viewpoint;
 /// rows follow its coordinate y and columns its coordinate x, both increasing.
@@ -17,15 +22,27 @@ struct ProjectionCells {
     std::vector<double> row_lines;      ///< [rows + 1]
     std::vector<double> row_centres;    ///< [rows]
     std::vector<double> column_lines;   ///< [columns + 1]; unless uniform, for each row
-    std::vector<float> column_centres;  ///< [columns]; unless uniform, for each row
+    std::vector<float> column_centres;  ///< [columns]; unless uniform, for each row; then some that may be read
+    struct Tile {
+        double x_begin = 0.0, x_end = 0.0;  ///< what its rows reach at most
+    };
+    std::vector<Tile> tiles;  ///< [ceil(rows / tile_rows) x tiles_per_row]
+    std::size_t tiles_per_row = 0;
     /// Form factors of the cells [0, k) of each row from the viewpoint, plus a constant of the row; [rows x
-    /// (columns + 1)]. Empty where cells are only looked at (pictures, the rim of a single plane).
+    /// (columns + 1)]. Empty where cells are only looked at (pictures).
     std::vector<double> running_weight;
 
     std::span<const double> lines_of(int row) const {
         const auto count = static_cast<std::size_t>(columns) + 1;
         return {column_lines.data() + (uniform ? 0 : static_cast<std::size_t>(row) * count), count};
     }
+    /// Lines before the first and after the last column.
+    std::pair<double, double> x_extent() const { return {column_lines.front(), column_lines.back()}; }
+    /// The larger distance of a line from an axis.
+    double reach() const {
+        return std::max({-column_lines.front(), column_lines.back(), -row_lines.front(), row_lines.back()});
+    }
+
     std::span<const float> centres_of(int row) const {
         const auto count = static_cast<std::size_t>(columns);
         return {column_centres.data() + (uniform ? 0 : static_cast<std::size_t>(row) * count), count};
@@ -65,7 +82,7 @@ struct ProjectionCells {
 ProjectionCells hemicube_top_cells(int resolution);
 
 /// One of its four sides: x horizontal in [-1, 1], y in [0, 1] along the normal; resolution x resolution / 2
-/// cells.
+/// cells (rounded up).
 ProjectionCells hemicube_side_cells(int resolution);
 
 /// A square of half side `half_side` at distance 1: resolution x resolution cells.
@@ -77,5 +94,9 @@ ProjectionCells rim_cells(int resolution, double half_side);
 
 /// The pixels of a camera: x to the right, y downwards.
 ProjectionCells picture_cells(const Camera& camera);
+
+/// The widest angle that a cell is seen under from the viewpoint, along a row or across, rad: the finest detail that the plane
+/// can show everywhere.
+double widest_cell_rad(const ProjectionCells& cells);
 
 }  // namespace naturel

@@ -56,13 +56,13 @@ TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cl
                   "unknown backend \"crystal_ball\" (known: hemicube");
     check_failure(run_naturel({"run", "room.json", "--threads", "0"}), 2, "--threads");
     check_failure(run_naturel({"run", "room.json", "--tolerance", "nan"}), 2, "--tolerance");
-    check_failure(run_naturel({"run", "room.json", "--cells", "7"}), 2, "\"7\" is not an even number");
+    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a number from 1 to 4096");
     check_failure(run_naturel({"run", "room.json", "--seed", "-1"}), 2, "--seed");
     check_failure(run_naturel({"run", "room.json", "--seed", "99999999999999999999999"}), 2,
                   "from 0 to 18446744073709551615");
     check_failure(run_naturel({"run", "room.json", "--rays", "100000001"}), 2, "from 1 to 100000000");
     check_failure(run_naturel({"run", "room.json", "--rays-per-point", "100000001"}), 2, "from 1 to 100000000");
-    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.49"}), 2, "its rim");
+    check_failure(run_naturel({"run", "room.json", "--half-side-over-height", "0.09"}), 2, "its rim");
     check_failure(run_naturel({"run", "room.json", "--irc", "guess"}), 2,
                   "unknown word \"guess\" (known: patch, gather)");
     check_failure(run_naturel({"run", "room.json", "--colour"}), 2, "--colour");

@@ -15,12 +15,14 @@ namespace {
 struct NamedPrimaries {
     PrimariesName name;
     std::string row;     // in rgb_primaries.csv
-    std::string suffix;  // of the columns in macbeth24_d65.csv
+    std::string suffix;  // of the columns in macbeth24_d65.csv; empty where it has none
 };
 
 const std::vector<NamedPrimaries> all_primaries{{PrimariesName::srgb, "sRGB_Rec709", "srgb"},
                                                 {PrimariesName::ebu, "EBU_PAL_625 (BT.470BG)", "ebu"},
-                                                {PrimariesName::p22, "P22_EBU3213E (H.273 #22)", "p22"}};
+                                                {PrimariesName::p22, "P22_EBU3213E (H.273 #22)", "p22"},
+                                                {PrimariesName::smpte_c, "SMPTE_C", ""},
+                                                {PrimariesName::trinitron_p22, "Trinitron_P22 (Apple RGB)", ""}};
 
 double smallest(const Band3& a) {
     return std::min({a.r, a.g, a.b});
@@ -62,16 +64,57 @@ TEST_CASE("equal bands have the colour of D65 and their own value in light", "[c
     }
 }
 
-TEST_CASE("a reflectance shows the colour it was made from", "[core][physics][colour]") {
+TEST_CASE("xyY become bands and come back to 1e-9", "[core][physics][colour]") {
+    std::size_t in_gamut = 0;
     for (const NamedPrimaries& set : all_primaries) {
         INFO(set.row);
         const Primaries primaries(set.name);
-        const glm::dvec3 xyY(0.40, 0.36, 0.30);
-        const FittedReflectance fitted = reflectance_from_xyY(primaries, xyY.x, xyY.y, xyY.z, 0.99);
-        CHECK(fitted.saturation_kept == 1.0);
-        CHECK(glm::length(xyY_from_xyz(primaries.xyz(fitted.reflectance)) - xyY) < 1e-9);
-        CHECK_THAT(primaries.luminous(fitted.reflectance), WithinAbs(0.30, 1e-14));
+        for (double x = 0.15; x < 0.66; x += 0.03) {
+            for (double y = 0.06; y < 0.62; y += 0.03) {
+                for (const double Y : {0.02, 0.3, 0.8}) {
+                    const glm::dvec3 xyY(x, y, Y);
+                    const FittedBands fitted = reflectance_from_xyY(primaries, x, y, Y, 0.99);
+                    if (fitted.desaturation.saturation_kept < 1.0) continue;
+                    ++in_gamut;
+                    CHECK(glm::length(xyY_from_xyz(primaries.xyz(fitted.band)) - xyY) < 1e-9);
+                    CHECK_THAT(primaries.luminous(fitted.band), WithinAbs(Y, 1e-13));
+                }
+            }
+        }
     }
+    CHECK(in_gamut > 500);
+}
+
+TEST_CASE("a surface of the chromaticity of D65 is grey to the last bit", "[core][physics][colour]") {
+    for (const NamedPrimaries& set : all_primaries)
+        CHECK(reflectance_from_xyY(Primaries(set.name), 0.3127, 0.3290, 0.37, 0.99).band == grey(0.37));
+}
+
+TEST_CASE("custom primaries with the chromaticities of a known set are that set", "[core][physics][colour]") {
+    const Primaries ebu(PrimariesName::ebu);
+    const Primaries custom(PrimariesDescription{
+        .name = PrimariesName::custom, .custom = {{{0.640, 0.330}, {0.290, 0.600}, {0.150, 0.060}}}});
+    const Band3 band{0.3, 0.7, 0.2};
+    CHECK(custom.xyz(band) == ebu.xyz(band));
+}
+
+TEST_CASE("D65 is mixed from a triangle around it and from nothing else", "[core][colour]") {
+    CHECK(can_mix_d65({{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}}}));
+    CHECK(can_mix_d65({{{0.30, 0.60}, {0.64, 0.33}, {0.15, 0.06}}}));  // in any order
+    CHECK_FALSE(can_mix_d65({{{0.64, 0.33}, {0.30, 0.60}, {0.45, 0.40}}}));
+    CHECK_FALSE(can_mix_d65({{{0.64, 0.33}, {0.64, 0.33}, {0.15, 0.06}}}));
+    CHECK_FALSE(can_mix_d65({{{0.1, 0.1}, {0.2, 0.2}, {0.4, 0.4}}}));
+}
+
+TEST_CASE("adaptation turns one white into another and leaves its own alone", "[core][physics][colour]") {
+    const glm::dvec3 blue_sky(0.96, 1.0, 1.6), d65(0.950456, 1.0, 1.089058);
+    CHECK(glm::length(chromatic_adaptation(blue_sky, d65) * blue_sky - d65) < 1e-14);
+    CHECK(glm::length(chromatic_adaptation(d65, d65) * blue_sky - blue_sky) < 1e-14);
+    // Bradford from illuminant A to D65, published to seven decimals (B. Lindbloom): first row.
+    const glm::dmat3 a_to_d65 = chromatic_adaptation({1.09850, 1.0, 0.35585}, {0.95047, 1.0, 1.08883});
+    CHECK_THAT(a_to_d65[0].x, WithinAbs(0.8446965, 1e-6));
+    CHECK_THAT(a_to_d65[1].x, WithinAbs(-0.1179225, 1e-6));
+    CHECK_THAT(a_to_d65[2].x, WithinAbs(0.3948108, 1e-6));
 }
 
 TEST_CASE("the colours of the Macbeth chart get the tabulated reflectances", "[core][physics][colour]") {
@@ -81,6 +124,7 @@ TEST_CASE("the colours of the Macbeth chart get the tabulated reflectances", "[c
     // the reflectances are printed with five decimals too.
     constexpr double printed = 0.5e-5 * (5.3 + 1.0);
     for (const NamedPrimaries& set : all_primaries) {
+        if (set.suffix.empty()) continue;
         const Primaries primaries(set.name);
         for (std::size_t row = 0; row < table.rows.size(); ++row) {
             INFO(set.row << ", " << table.text(row, "name"));
@@ -101,16 +145,16 @@ TEST_CASE("of the Macbeth chart only cyan must be desaturated to fit sRGB", "[co
         INFO(table.text(row, "name"));
         const glm::dvec3 xyY =
             xyY_from_xyz({table.number(row, "X"), table.number(row, "Y"), table.number(row, "Z")});
-        const FittedReflectance fitted = reflectance_from_xyY(srgb, xyY.x, xyY.y, xyY.z, 1.0);
-        CHECK((fitted.saturation_kept < 1.0) == (table.text(row, "name") == "cyan"));
+        const FittedBands fitted = reflectance_from_xyY(srgb, xyY.x, xyY.y, xyY.z, 1.0);
+        CHECK((fitted.desaturation.saturation_kept < 1.0) == (table.text(row, "name") == "cyan"));
         // The share kept is Y / (Y - rho_R); an error of 3.2e-5 in rho_R (see above) moves it by 1.2e-4.
-        CHECK_THAT(fitted.saturation_kept, WithinAbs(table.number(row, "clip_t"), 1.7e-4));
-        CHECK_THAT(fitted.reflectance.r, WithinAbs(table.number(row, "rhoR_clip"), 6e-5));
-        CHECK_THAT(fitted.reflectance.g, WithinAbs(table.number(row, "rhoG_clip"), 6e-5));
-        CHECK_THAT(fitted.reflectance.b, WithinAbs(table.number(row, "rhoB_clip"), 6e-5));
+        CHECK_THAT(fitted.desaturation.saturation_kept, WithinAbs(table.number(row, "clip_t"), 1.7e-4));
+        CHECK_THAT(fitted.band.r, WithinAbs(table.number(row, "rhoR_clip"), 6e-5));
+        CHECK_THAT(fitted.band.g, WithinAbs(table.number(row, "rhoG_clip"), 6e-5));
+        CHECK_THAT(fitted.band.b, WithinAbs(table.number(row, "rhoB_clip"), 6e-5));
 
         // One count: the printed XYZ may lie on the other side of a rounding border.
-        const glm::dvec3 display = linear_srgb(srgb, fitted.reflectance);
+        const glm::dvec3 display = linear_srgb(srgb, fitted.band);
         CHECK_THAT(255.0 * srgb_curve(display.x), WithinAbs(table.number(row, "sR8"), 1.0));
         CHECK_THAT(255.0 * srgb_curve(display.y), WithinAbs(table.number(row, "sG8"), 1.0));
         CHECK_THAT(255.0 * srgb_curve(display.z), WithinAbs(table.number(row, "sB8"), 1.0));
@@ -128,17 +172,17 @@ TEST_CASE("a colour that does not fit keeps its luminance and as much saturation
                 for (const double Y : {0.0, 1e-6, 0.05, 0.3, 0.7, 0.95, 0.99}) {
                     if (x + y > 1.0) continue;
                     INFO(set.row << ", xyY " << x << " " << y << " " << Y);
-                    const FittedReflectance fitted = reflectance_from_xyY(primaries, x, y, Y, limit);
-                    const Band3& rho = fitted.reflectance;
+                    const FittedBands fitted = reflectance_from_xyY(primaries, x, y, Y, limit);
+                    const Band3& rho = fitted.band;
                     CHECK(smallest(rho) >= 0.0);
                     CHECK(largest(rho) <= limit);
                     CHECK_THAT(primaries.luminous(rho), WithinAbs(Y, 1e-12));
                     // On the straight line from the colour to the grey of the same Y, and at its first
                     // border.
                     const Band3 wanted = primaries.from_xyz(xyz_from_xyY(x, y, Y));
-                    const Band3 gap = rho - grey(Y) - fitted.saturation_kept * (wanted - grey(Y));
+                    const Band3 gap = rho - grey(Y) - fitted.desaturation.saturation_kept * (wanted - grey(Y));
                     CHECK(largest(gap * gap) < 1e-24);
-                    if (fitted.saturation_kept < 1.0) {
+                    if (fitted.desaturation.saturation_kept < 1.0) {
                         ++desaturated;
                         CHECK(std::min(smallest(rho), limit - largest(rho)) < 1e-12);
                     }
@@ -151,17 +195,17 @@ TEST_CASE("a colour that does not fit keeps its luminance and as much saturation
 
 TEST_CASE("greys, black and colours brighter than allowed fit too", "[core][physics][colour]") {
     const Primaries primaries(PrimariesName::ebu);
-    const FittedReflectance brightest = reflectance_from_xyY(primaries, 0.3127, 0.3290, 0.99, 0.99);
-    CHECK(brightest.saturation_kept == 1.0);
-    CHECK(largest(brightest.reflectance) <= 0.99);
-    CHECK(smallest(brightest.reflectance) > 0.99 - 1e-12);
+    const FittedBands brightest = reflectance_from_xyY(primaries, 0.3127, 0.3290, 0.99, 0.99);
+    CHECK(brightest.desaturation.saturation_kept == 1.0);
+    CHECK(largest(brightest.band) <= 0.99);
+    CHECK(smallest(brightest.band) > 0.99 - 1e-12);
 
-    CHECK(reflectance_from_xyY(primaries, 0.3, 0.0, 0.4, 0.99).reflectance == grey(0.0));
-    CHECK(reflectance_from_xyY(primaries, 0.3, 0.3, 0.0, 0.99).reflectance == grey(0.0));
+    CHECK(reflectance_from_xyY(primaries, 0.3, 0.0, 0.4, 0.99).band == grey(0.0));
+    CHECK(reflectance_from_xyY(primaries, 0.3, 0.3, 0.0, 0.99).band == grey(0.0));
 
-    const FittedReflectance too_bright = reflectance_from_xyY(primaries, 0.4, 0.4, 1.2, 0.99);
-    CHECK(too_bright.saturation_kept == 0.0);
-    CHECK(too_bright.reflectance == grey(0.99));
+    const FittedBands too_bright = reflectance_from_xyY(primaries, 0.4, 0.4, 1.2, 0.99);
+    CHECK(too_bright.desaturation.saturation_kept == 0.0);
+    CHECK(too_bright.band == grey(0.99));
 
     CHECK(xyz_from_xyY(0.3, 0.0, 1.0) == glm::dvec3(0.0));
     CHECK(xyY_from_xyz(glm::dvec3(0.0)) == glm::dvec3(0.0));

@@ -163,7 +163,7 @@ TEST_CASE("every key of a scene file arrives in the scene", "[reader]") {
 
     CHECK(s.name == "everything");
     CHECK(s.north_rad == radians_from_degrees(30));
-    CHECK(s.primaries == PrimariesName::srgb);
+    CHECK(s.primaries.name == PrimariesName::srgb);
     const Primaries primaries(PrimariesName::srgb);
 
     REQUIRE(s.materials.size() == 3);
@@ -173,7 +173,7 @@ TEST_CASE("every key of a scene file arrives in the scene", "[reader]") {
     CHECK(s.materials[1].reflectance == Band3{0.1, 0.2, 0.3});
     CHECK(s.materials[1].exitance_lm_m2 == Band3{});
     CHECK(s.materials[2].name == "leaf");
-    CHECK(s.materials[2].reflectance == reflectance_from_xyY(primaries, 0.35, 0.45, 0.25, 0.99).reflectance);
+    CHECK(s.materials[2].reflectance == reflectance_from_xyY(primaries, 0.35, 0.45, 0.25, 0.99).band);
 
     REQUIRE(s.glazings.size() == 3);
     CHECK(s.glazings[0].name == "unglazed");
@@ -189,7 +189,7 @@ TEST_CASE("every key of a scene file arrives in the scene", "[reader]") {
     CHECK(s.glazings[2].angular_law == AngularLaw::constant);
 
     CHECK(s.ground.z_m == -1.5);
-    CHECK(s.ground.reflectance == reflectance_from_xyY(primaries, 0.34, 0.36, 0.3, 0.99).reflectance);
+    CHECK(s.ground.reflectance == reflectance_from_xyY(primaries, 0.34, 0.36, 0.3, 0.99).band);
 
     REQUIRE(s.polyhedra.size() == 3);
     const Polyhedron& box = s.polyhedra[0];
@@ -267,7 +267,7 @@ TEST_CASE("what a scene file leaves out takes the defaults of the documentation"
     CHECK(s.grid.outdoor_spacing_m == 1);
     CHECK(s.direct.method == DirectMethod::adaptive);
     CHECK(s.direct.tolerance == 1e-3);
-    CHECK(s.primaries == PrimariesName::ebu);
+    CHECK(s.primaries.name == PrimariesName::ebu);
     CHECK(s.sensors[0].grid->z_m == 0.85);
     CHECK(s.sensors[0].grid->spacing_m == 0.5);
     CHECK(s.sensors[0].grid->margin_m == 0.5);
@@ -418,6 +418,7 @@ TEST_CASE("the shipped scenes assemble to the rooms that scenes/README.md descri
     // 0.3. The office: the room and reveals without pillar, desk and cupboard.
     const std::map<std::string, Expected> expected{
         {"test_room.json", {56 + 0.48, {{"window", 2.4}}}},
+        {"colour_chart.json", {16.8 - 24 * 0.2 * 0.2 * 0.01, {}}},
         {"test_room_coloured.json", {56 + 0.48, {{"window", 2.4}}}},
         {"furnished_office.json",
          {84 + 2 * 0.72 - 0.448 - 0.0512 - 2 * 0.02272 - 1.512,

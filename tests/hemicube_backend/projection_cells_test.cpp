@@ -54,13 +54,13 @@ double solid_angle_density(double x, double y) {
 }
 
 constexpr CellSpacing all_spacings[] = {CellSpacing::equal_solid_angle, CellSpacing::equal_form_factor,
-                                        CellSpacing::uniform};
+                                        CellSpacing::equal_plane_angle, CellSpacing::uniform};
 
 TEST_CASE("cells of a single plane sum to 4/pi s atan(s) for every spacing and d/h",
           "[hemicube][cells][analytic]") {
     for (const CellSpacing spacing : all_spacings) {
         for (const double d_h : {0.1, 0.5, 1.0, 3.0, 10.0, 14.0, 100.0, 1000.0}) {
-            for (const int resolution : {2, 10, 64}) {
+            for (const int resolution : {1, 2, 7, 10, 64}) {
                 const double s = d_h / std::sqrt(1 + d_h * d_h);
                 INFO("spacing " << static_cast<int>(spacing) << ", d/h " << d_h << ", resolution "
                                 << resolution);
@@ -78,7 +78,7 @@ TEST_CASE("the article's single plane, d/h = 14, catches 99.58 %", "[hemicube][c
 }
 
 TEST_CASE("cells of a hemi-cube sum to 1", "[hemicube][cells][analytic]") {
-    for (const int resolution : {2, 4, 50, 256}) {
+    for (const int resolution : {1, 2, 3, 4, 50, 101, 256}) {
         const double top = total_weight(hemicube_top_cells(resolution)),
                      side = total_weight(hemicube_side_cells(resolution));
         INFO("resolution " << resolution);
@@ -132,7 +132,8 @@ TEST_CASE("cells of equal solid angle and of equal form factor are equal", "[hem
 
 TEST_CASE("a cell contains its centre, and is found by it", "[hemicube][cells]") {
     for (const CellSpacing spacing : all_spacings) {
-        const ProjectionCells cells = single_plane_cells(32, 14, spacing);
+        for (const int n : {32, 33}) {
+        const ProjectionCells cells = single_plane_cells(n, 14, spacing);
         for (int row = 0; row < cells.rows; ++row) {
             REQUIRE(cells.row_of(cells.row_centres[static_cast<std::size_t>(row)]) == row);
             for (int column = 0; column < cells.columns; ++column) {
@@ -145,7 +146,30 @@ TEST_CASE("a cell contains its centre, and is found by it", "[hemicube][cells]")
             }
         }
         CHECK(cells.row_of(-20) == 0);
-        CHECK(cells.row_of(20) == 31);
+        CHECK(cells.row_of(20) == n - 1);
+        }
+    }
+}
+
+TEST_CASE("single plane and rim together sum to 1 for every d/h", "[hemicube][cells][analytic]") {
+    for (const double d_h : {0.1, 0.5, 1.0, 3.0, 14.0, 100.0, 1000.0}) {
+        for (const int resolution : {1, 9, 64}) {
+            INFO("d/h " << d_h << ", resolution " << resolution);
+            const double plane = total_weight(single_plane_cells(resolution, d_h, CellSpacing::equal_solid_angle));
+            CHECK(std::abs(plane + 4 * total_weight(rim_cells(resolution, d_h)) - 1) < 1e-12);
+        }
+    }
+}
+
+TEST_CASE("strips of equal plane angle are seen under equal angles", "[hemicube][cells][analytic]") {
+    for (const int resolution : {7, 64}) {
+        const ProjectionCells cells = single_plane_cells(resolution, 14, CellSpacing::equal_plane_angle);
+        const double expected_rad = 2 * std::atan(14.0) / resolution;
+        for (int k = 0; k < resolution; ++k) {
+            const auto c = static_cast<std::size_t>(k);
+            CHECK(std::abs(std::atan(cells.row_lines[c + 1]) - std::atan(cells.row_lines[c]) - expected_rad) < 1e-14);
+            CHECK(cells.lines_of(k)[c] == cells.row_lines[c]);
+        }
     }
 }
 

@@ -1,0 +1,34 @@
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "core/json_document.h"
+
+namespace naturel {
+
+/// The files that a scene names, read from beside it.
+class SideFiles {
+public:
+    /// folder: of the scene file.
+    explicit SideFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+    struct Text {
+        std::string file_name;  ///< for messages
+        std::string text;
+    };
+
+    /// The file that `name`, a text of the scene, names: absolute or relative to the scene. Read once. Refuses at `name`
+    /// what cannot be read or is longer than a scene may be.
+    const Text& read(const JsonValue& name);
+
+    /// Identifies a scene together with all files it has read: the SHA-256 of its text if it has read none.
+    std::string sha256_with(std::string_view scene_text) const;
+
+private:
+    std::filesystem::path folder_;
+    std::map<std::string, Text> files_;  // by the name in the scene: sha256_with() needs an order
+};
+
+}  // namespace naturel
