@@ -26,7 +26,7 @@ constexpr std::size_t patches_per_block = 64;
 
 /// Orders of the product rule on parallelograms, from cheap to dear. For patches that are no larger than `eta` times their
 /// distance (both radii over the distance of the centres) the rule errs by less than `error` eta^(2 order) of
-/// A A' / (pi r^2). Measured over random pairs in tests/embree_backend/pairwise_test.cpp.
+/// A A' / (pi r^2), which is chosen on the safe side of the next term of the rule.
 struct Rule {
     int order;
     double error;

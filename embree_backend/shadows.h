@@ -9,7 +9,7 @@ namespace naturel::pairwise {
 
 struct ExchangeEstimate {
     double value_m2 = 0.0;
-    double error_m2 = 0.0;  ///< estimate: covers the true error in at least 99 % of pairs
+    double error_m2 = 0.0;  ///< estimate (docs/method.md, "Pairs of patches")
 };
 
 /// Which side of the occluders the points are on: of a solid, the faces that lines enter by or those that they leave by.
