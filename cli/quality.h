@@ -31,9 +31,9 @@ inline constexpr std::array quality_presets{
     // clang-format off
     //                           m   patches     m   direct             nodes                    sensors  radiosity   rays per patch,   point  cells
     QualityPreset{"draft",      0.5,     4000,  2.0,  2e-2, IndirectMethod::patch,  IndirectMethod::gather, 1e-4,    512,     512,  64},
-    QualityPreset{"normal",    0.25,    20000,  1.0,  5e-3, IndirectMethod::patch,  IndirectMethod::gather, 1e-6,   1024,    4096, 256},
-    QualityPreset{"fine",     0.125,    60000,  0.5,  1e-3, IndirectMethod::gather, IndirectMethod::gather, 1e-7,   2048,   16384, 512},
-    QualityPreset{"reference", 0.0625,  60000, 0.25,  3e-4, IndirectMethod::gather, IndirectMethod::gather, 1e-8,   4096,   65536, 1024},
+    QualityPreset{"normal",    0.25,    20000,  1.0,  1e-3, IndirectMethod::patch,  IndirectMethod::gather, 1e-6,   1024,    4096, 256},
+    QualityPreset{"fine",     0.125,    60000,  0.5,  5e-4, IndirectMethod::gather, IndirectMethod::gather, 1e-7,   2048,   16384, 512},
+    QualityPreset{"reference", 0.0625,  60000, 0.25,  2e-4, IndirectMethod::gather, IndirectMethod::gather, 1e-8,   4096,   65536, 1024},
     // clang-format on
 };
 inline constexpr const QualityPreset& normal_quality = quality_presets[1];
