@@ -18,6 +18,7 @@
 #include "core/patch_grid.h"
 #include "core/scene_reader.h"
 #include "core/sensors.h"
+#include "core/sky_models.h"
 
 namespace naturel {
 namespace {
@@ -212,10 +213,8 @@ void warn_of_sun(const CheckedScene& checked, Report& report) {
     if (sun.altitude_rad <= 0.0)
         report.warn("the sun stands at {:.1f} deg, not above the horizon: it gives no light",
                     degrees_from_radians(sun.altitude_rad));
-    // A clear sky needs the place of the sun, whether or not it shines.
-    const bool clear = checked.scene.sky.model == SkyModel::cie_clear ||
-                       checked.scene.sky.model == SkyModel::cie_clear_polluted;
-    if (sun.direct_normal_illuminance_lx <= 0.0 && !clear)
+    // Many skies need the place of the sun, whether or not it shines.
+    if (sun.direct_normal_illuminance_lx <= 0.0 && sun.altitude_rad > 0.0 && !sky_model(checked.scene.sky).needs_sun)
         report.warn("the sun is given a place but no direct_normal_illuminance_lx: it gives no light");
 }
 

@@ -44,12 +44,6 @@ inline constexpr std::array direct_methods{
     Choice{DirectMethod::article, "article"},
     Choice{DirectMethod::adaptive, "adaptive"},
 };
-inline constexpr std::array sky_models{
-    Choice{SkyModel::uniform, "uniform"},
-    Choice{SkyModel::moon_spencer, "moon_spencer"},
-    Choice{SkyModel::cie_clear, "cie_clear"},
-    Choice{SkyModel::cie_clear_polluted, "cie_clear_polluted"},
-};
 inline constexpr std::array primaries_names{
     Choice{PrimariesName::srgb, "srgb"},
     Choice{PrimariesName::ebu, "ebu"},

@@ -6,6 +6,7 @@
 #include "cli/choices.h"
 #include "cli/colour_notes.h"
 #include "cli/json_text.h"
+#include "core/sky_models.h"
 
 namespace naturel {
 namespace {
@@ -49,7 +50,7 @@ Json options_json(const Result& result) {
 
 Json outdoors_json(const Result& result) {
     const OutdoorLight& outdoors = result.solution.outdoors;
-    Json json{{"sky", name_of(sky_models, result.scene.sky.model)},
+    Json json{{"sky", sky_model(result.scene.sky).name},
               {"zenith_luminance_cd_m2", outdoors.sky.zenith_luminance().value},
               {"horizontal_illuminance_lx", outdoors.horizontal_illuminance().value}};
     if (result.scene.sun)

@@ -10,6 +10,7 @@
 #include "cli/check.h"
 #include "cli/options.h"
 #include "cli/run.h"
+#include "cli/sky.h"
 #include "cli/terminal_progress.h"
 #include "cli/zones.h"
 #include "core/errors.h"
@@ -47,6 +48,11 @@ ExitCode execute(const ZonesOptions& options) {
     const ThreadLimit limit(options.threads);
     TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
     find_zones(options, progress);
+    return ExitCode::done;
+}
+
+ExitCode execute(const SkyOptions& options) {
+    show_sky(options);
     return ExitCode::done;
 }
 

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/sky_models.h"
 #include "core/picture_reader.h"
 
 namespace naturel {
@@ -336,9 +337,87 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->group(hemicube_group);
 }
 
+/// An option that says what a scene's key would say.
+struct DescriptionOption {
+    const char* name;
+    const char* object;
+    const char* key;
+    const char* type;
+    const char* help;
+};
+
+constexpr std::array sun_options{
+    DescriptionOption{"--altitude", "sun", "altitude_deg", "DEG", "sun above the horizon"},
+    DescriptionOption{"--azimuth", "sun", "azimuth_deg", "DEG", "sun from true north, clockwise"},
+    DescriptionOption{"--date", "sun", "date", "YYYY-MM-DD", "sun by the clock, with --time and the place"},
+    DescriptionOption{"--time", "sun", "time", "HH:MM", "by the clock of --time-zone"},
+    DescriptionOption{"--latitude", "site", "latitude_deg", "DEG", "north positive"},
+    DescriptionOption{"--longitude", "site", "longitude_deg", "DEG", "east positive"},
+    DescriptionOption{"--time-zone", "site", "time_zone_h", "H", "hours ahead of Greenwich"},
+    DescriptionOption{"--direct-normal", "sun", "direct_normal_illuminance_lx", "LX|WORD",
+                      "sunlight, or from_sky, gensky, ies_clear, turbid"},
+};
+constexpr std::array level_options{
+    DescriptionOption{"--zenith-luminance", "sky", "zenith_luminance_cd_m2", "CD/M2", "level of the sky"},
+    DescriptionOption{"--horizontal-illuminance", "sky", "horizontal_illuminance_lx", "LX",
+                      "level of the sky, without the sun"},
+    DescriptionOption{"--turbidity", "sky", "turbidity", "X", "of the formula for the level"},
+    DescriptionOption{"--highest-sun", "sky", "highest_sun_deg", "DEG", "limit for the sun of the distribution (Radiance: 87)"},
+    DescriptionOption{"--direct-irradiance", "sky", "direct_normal_irradiance_w_m2", "W/M2", "perez"},
+    DescriptionOption{"--diffuse-irradiance", "sky", "diffuse_horizontal_irradiance_w_m2", "W/M2", "perez"},
+    DescriptionOption{"--direct-illuminance", "sky", "direct_normal_illuminance_lx", "LX", "perez"},
+    DescriptionOption{"--diffuse-illuminance", "sky", "diffuse_horizontal_illuminance_lx", "LX", "perez"},
+    DescriptionOption{"--dew-point", "sky", "dew_point_c", "C", "perez"},
+    DescriptionOption{"--day-of-year", "sky", "day_of_year", "N", "perez"},
+    DescriptionOption{"--normalisation", "sky", "normalisation", "WORD", "perez: exact or patches_145"},
+    DescriptionOption{"--table", "table", "file", "FILE", "table: luminances"},
+    DescriptionOption{"--subdivision", "table", "subdivision", "WORD", "table: tregenza, reinhart_2 to 6, or raster"},
+    DescriptionOption{"--interpolation", "table", "interpolation", "WORD", "table: constant or linear"},
+    DescriptionOption{"--luminance", "sky", "luminance", "FORMULA", "expression, e.g. \"1 + 2*sin(altitude)\""},
+};
+
+void add_sky_options(CLI::App& app, SkyOptions& options) {
+    app.add_option("SCENE|MODEL", options.target, "scene file, or the name of a sky")->required()->type_name("NAME");
+    app.add_option("--out", options.out, "folder for sky.png")->type_name("DIR");
+    app.add_option("--size", options.size, "diameter of the dome in the picture, pixels")
+        ->type_name("N")
+        ->check(within(64, 8192));
+    app.add_option("--maximum", options.maximum_cd_m2, "luminance at the end of the colours, cd/m2")
+        ->type_name("X")
+        ->check(within(1e-6, 1e12));
+    app.add_flag_callback("--linear", [&] { options.logarithmic = false; }, "linear scale of colours");
+    app.add_flag_callback("--logarithmic", [&] { options.logarithmic = true; }, "logarithmic scale of colours");
+    const auto add_all = [&](const auto& list, const char* group) {
+        for (const DescriptionOption& option : list) {
+            app.add_option_function<std::string>(
+                   option.name,
+                   [&options, &option](const std::string& text) {
+                       options.description[{option.object, option.key}] = text;
+                   },
+                   option.help)
+                ->type_name(option.type)
+                ->group(group);
+        }
+    };
+    add_all(sun_options, "The sun of a model");
+    app.add_flag_callback(
+           "--summer-time", [&] { options.description[{"sun", "summer_time"}] = "true"; },
+           "the clock is an hour ahead of --time-zone")
+        ->group("The sun of a model");
+    app.add_flag_callback(
+           "--refraction", [&] { options.description[{"sun", "refraction"}] = "true"; },
+           "raise the sun by the refraction of the air")
+        ->group("The sun of a model");
+    add_all(level_options, "The sky of a model");
+    std::string models = "Models:\n";
+    for (const SkyModelInfo& info : sky_models())
+        models += fmt::format("  {:<20}{}{}\n", info.name, info.summary, info.needs_sun ? " (needs the sun)" : "");
+    app.footer(models);
+}
+
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv) {
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
     run.threads = zones.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
@@ -365,6 +444,11 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
 
+    SkyOptions sky;
+    CLI::App* sky_command =
+        app.add_subcommand("sky", "print the illuminances of a sky and draw its dome in false colour");
+    add_sky_options(*sky_command, sky);
+
     app.require_subcommand(0, 1);
     app.allow_extras();  // so that an unknown command can be answered with the known ones
 
@@ -373,8 +457,8 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, zones)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, zones)", app.remaining().front()));
+                    ? "missing command (known: run, check, zones, sky)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, zones, sky)", app.remaining().front()));
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
@@ -383,6 +467,7 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_lin
     run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;
     if (zones_command->parsed()) return zones;
+    if (sky_command->parsed()) return sky;
     return run;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "cli/backends.h"
@@ -65,8 +67,20 @@ struct ZonesOptions {
     std::optional<double> grid_spacing_m;  ///< replaces what the scene file says; the grid is only drawn
 };
 
+/// `naturel sky SCENE|MODEL`
+struct SkyOptions {
+    std::string target;  ///< a model's name or a scene file
+    std::filesystem::path out = "out";
+    int size = 720;  ///< of the dome in the picture, pixels
+    std::optional<double> maximum_cd_m2;
+    std::optional<bool> logarithmic;  ///< default: where the brightest spot is far above the rest
+
+    /// What a scene would say of a model, by object and key: {"sun", "altitude_deg"} -> "40".
+    std::map<std::pair<std::string, std::string>, std::string> description;
+};
+
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions> parse_command_line(int argc, const char* const* argv);
+std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse_command_line(int argc, const char* const* argv);
 
 }  // namespace naturel

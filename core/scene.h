@@ -9,18 +9,14 @@
 #include "core/band3.h"
 #include "core/chromaticity.h"
 #include "core/ids.h"
+#include "core/light_colour.h"
 #include "core/picture_options.h"
+#include "core/sky_description.h"
 
 namespace naturel {
 
 /// Where a finish or a facet faces: the air inside the building or the open air.
 enum class Environment { indoor, outdoor };
-
-/// What became of a colour that the primaries cannot show (core/colour.h).
-struct Desaturation {
-    double saturation_kept = 1.0;     ///< 1: nothing happened; less: drawn towards the grey of the same Y
-    double chromaticity_shift = 0.0;  ///< distance in CIE 1931 (x, y) from the colour asked for to that shown
-};
 
 /// An opaque, diffuse (Lambert) surface.
 struct Material {
@@ -117,22 +113,6 @@ struct Ground {
 /// How light goes on between ground and buildings.
 struct OutdoorOptions {
     int interreflections = 0;  ///< passes after the first reflection
-};
-
-enum class SkyModel { uniform, moon_spencer, cie_clear, cie_clear_polluted };
-
-/// Colour of a light source: the bands of a light of luminance or illuminance 1.
-struct LightColour {
-    Band3 band = grey(1.0);  ///< D65 unless the scene says otherwise
-    Desaturation desaturation{};
-};
-
-/// The sky as the scene asks for it: a model, and one of the two levels.
-struct SkyDescription {
-    SkyModel model = SkyModel::moon_spencer;
-    std::optional<double> zenith_luminance_cd_m2{};
-    std::optional<double> horizontal_illuminance_lx{};  ///< diffuse, unobstructed, without the sun
-    LightColour colour{};
 };
 
 /// The sun in the frame of the model (site north already applied by the reader).

@@ -42,9 +42,18 @@ inline constexpr SceneObjectKeys polygon{
     "polygon", {"id", "vertices", "material"}, {"holes", "side", "two_sided"}};
 inline constexpr SceneObjectKeys aperture{"aperture", {"id", "vertices"}, {"holes", "material"}};
 inline constexpr SceneObjectKeys sky{
-    "sky", {"model"}, {"zenith_luminance_cd_m2", "horizontal_illuminance_lx", "colour"}};
+    "sky",
+    {"model"},
+    {"zenith_luminance_cd_m2", "horizontal_illuminance_lx", "turbidity", "highest_sun_deg",
+     "direct_normal_irradiance_w_m2", "diffuse_horizontal_irradiance_w_m2", "direct_normal_illuminance_lx",
+     "diffuse_horizontal_illuminance_lx", "dew_point_c", "day_of_year", "normalisation", "table", "luminance", "colour"}};
+inline constexpr SceneObjectKeys sky_table{
+    "sky_table", {"subdivision"}, {"values", "file", "altitudes_deg", "interpolation"}};
 inline constexpr SceneObjectKeys sun{
-    "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "direct_normal_illuminance_lx", "colour"}};
+    "sun", {}, {"altitude_deg", "azimuth_deg", "date", "time", "summer_time", "refraction",
+                "direct_normal_illuminance_lx", "colour"}};
+/// Part of a scene: what `naturel sky MODEL` makes of its options.
+inline constexpr SceneObjectKeys sky_and_sun{"sky_and_sun", {"sky"}, {"site", "sun"}};
 inline constexpr SceneObjectKeys grid{
     "grid", {}, {"spacing_m", "outdoor_spacing_m", "zones", "sliver_area", "sliver_aspect", "refine"}};
 inline constexpr SceneObjectKeys refine{"refine", {"levels"}, {"contrast"}};
@@ -57,7 +66,7 @@ inline constexpr SceneObjectKeys picture{"picture", {}, {"exposure", "tone_mappi
 inline constexpr SceneObjectKeys exposure{"exposure", {}, {"white_cd_m2", "ev100", "percentile"}};
 
 inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour, outdoors,
-                                polyhedron, polygon, aperture,    sky,     sun,    grid,   refine,
+                                polyhedron, polygon, aperture,    sky,     sky_table, sun,    grid,   refine,
                                 direct,     sensor,  sensor_grid, view,    spectrum_file, light_colour,
                                 custom_primaries, picture, exposure};
 

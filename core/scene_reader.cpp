@@ -17,7 +17,7 @@
 #include "core/scene_keys.h"
 #include "core/scene_values.h"
 #include "core/simple_polygon.h"
-#include "core/sun.h"
+#include "core/sky_reader.h"
 #include "core/units.h"
 
 namespace naturel {
@@ -209,161 +209,6 @@ void read_geometry(const SceneObject& root, const MaterialNames& names, Scene& s
         scene.apertures.push_back(read_aperture(value, names, ids));
 }
 
-/// What the sun's position by the clock needs of a place.
-struct Site {
-    std::optional<double> latitude_rad, longitude_rad, time_zone_h;
-    double north_rad = 0.0;
-};
-
-Site read_site(const JsonValue& value) {
-    const SceneObject object(value, scene_keys::site);
-    Site site;
-    if (const auto latitude = object.find("latitude_deg")) {
-        site.latitude_rad = radians_from_degrees(read_number(*latitude, {-90.0, 90.0, "degrees north"}));
-    }
-    if (const auto longitude = object.find("longitude_deg")) {
-        site.longitude_rad = radians_from_degrees(read_number(*longitude, {-180.0, 180.0, "degrees east"}));
-    }
-    if (const auto zone = object.find("time_zone_h")) {
-        site.time_zone_h = read_number(*zone, {-12.0, 14.0, "hours east of Greenwich"});
-    }
-    site.north_rad = radians_from_degrees(read_number(object, "north_deg", {-360.0, 360.0, "degrees"}, 0.0));
-    return site;
-}
-
-SkyDescription read_sky(const JsonValue& value, const Primaries& primaries) {
-    const SceneObject object(value, scene_keys::sky);
-    SkyDescription sky;
-    sky.model =
-        read_word<SkyModel>(object.at("model"), {{"uniform", SkyModel::uniform},
-                                                 {"moon_spencer", SkyModel::moon_spencer},
-                                                 {"cie_clear", SkyModel::cie_clear},
-                                                 {"cie_clear_polluted", SkyModel::cie_clear_polluted}});
-    const auto zenith = object.find("zenith_luminance_cd_m2");
-    const auto horizontal = object.find("horizontal_illuminance_lx");
-    if (zenith.has_value() == horizontal.has_value()) {
-        object.refuse(fmt::format(
-            "{} of zenith_luminance_cd_m2 and horizontal_illuminance_lx {} given (exactly one is needed)",
-            zenith ? "both" : "neither", zenith ? "are" : "is"));
-    }
-    if (zenith) sky.zenith_luminance_cd_m2 = read_number(*zenith, {0.0, largest_light, "cd/m2"});
-    if (horizontal) sky.horizontal_illuminance_lx = read_number(*horizontal, {0.0, largest_light, "lx"});
-    if (const auto colour = object.find("colour")) sky.colour = read_light_colour(*colour, primaries);
-    return sky;
-}
-
-/// Digits and separators as in `pattern`, where each 0 stands for a digit.
-bool has_pattern(std::string_view text, std::string_view pattern) {
-    if (text.size() != pattern.size()) return false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const bool fits = pattern[i] == '0' ? text[i] >= '0' && text[i] <= '9' : text[i] == pattern[i];
-        if (!fits) return false;
-    }
-    return true;
-}
-
-int two_digits(std::string_view text, std::size_t at) {
-    return (text[at] - '0') * 10 + (text[at + 1] - '0');
-}
-
-void read_date(const JsonValue& value, LocalTime& time) {
-    // The years for which the sun's position has been checked (core/sun.h), with some margin.
-    constexpr int first_year = 1950, last_year = 2099;
-    const std::string& text = read_text(value);
-    if (!has_pattern(text, "0000-00-00"))
-        value.refuse(fmt::format("{} is not a date (YYYY-MM-DD would be right)", in_quotes(text)));
-    time.year = two_digits(text, 0) * 100 + two_digits(text, 2);
-    time.month = two_digits(text, 5);
-    time.day = two_digits(text, 8);
-    if (time.year < first_year || time.year > last_year) {
-        value.refuse(fmt::format("the year {} is out of range ({} to {} would be right)", time.year,
-                                 first_year, last_year));
-    }
-    const bool leap_year = time.year % 4 == 0 && (time.year % 100 != 0 || time.year % 400 == 0);
-    const std::array<int, 12> days{31, leap_year ? 29 : 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
-    const bool month_exists = time.month >= 1 && time.month <= 12;
-    if (!month_exists || time.day < 1 || time.day > days[static_cast<std::size_t>(time.month - 1)]) {
-        value.refuse(
-            fmt::format("there is no day {} in the calendar (YYYY-MM-DD would be right)", in_quotes(text)));
-    }
-}
-
-void read_time(const JsonValue& value, LocalTime& time) {
-    const std::string& text = read_text(value);
-    const bool seconds = has_pattern(text, "00:00:00");
-    if (!seconds && !has_pattern(text, "00:00")) {
-        value.refuse(fmt::format("{} is not a time (HH:MM or HH:MM:SS would be right)", in_quotes(text)));
-    }
-    const int hour = two_digits(text, 0), minute = two_digits(text, 3),
-              second = seconds ? two_digits(text, 6) : 0;
-    if (hour > 23 || minute > 59 || second > 59) {
-        value.refuse(fmt::format("there is no time {} on the clock (00:00:00 to 23:59:59)", in_quotes(text)));
-    }
-    time.hour = hour + minute / 60.0 + second / 3600.0;
-}
-
-/// Azimuth from the model's +y axis, in [0, 2 pi).
-double model_azimuth(double world_azimuth_rad, double north_rad) {
-    const double turned = std::fmod(world_azimuth_rad - north_rad, 2 * pi);
-    const double positive = turned < 0.0 ? turned + 2 * pi : turned;
-    return positive < 2 * pi ? positive : 0.0;  // a tiny negative angle plus 2 pi rounds to 2 pi
-}
-
-SunAngles read_sun_angles(const SceneObject& object, const std::optional<JsonValue>& site_value,
-                          const Site& site) {
-    const auto date = object.find("date"), clock = object.find("time");
-    const auto altitude = object.find("altitude_deg"), azimuth = object.find("azimuth_deg");
-    if (altitude && azimuth && !date && !clock) {
-        return {.altitude_rad = radians_from_degrees(read_number(*altitude, {-90.0, 90.0, "degrees"})),
-                .azimuth_rad = radians_from_degrees(read_number(*azimuth, {-360.0, 360.0, "degrees"}))};
-    }
-    if (altitude || azimuth || !date || !clock) {
-        object.refuse(
-            "the sun's place is not clear (give either altitude_deg and azimuth_deg, or date and time)");
-    }
-    LocalTime time;
-    read_date(*date, time);
-    read_time(*clock, time);
-    if (!site.latitude_rad || !site.longitude_rad || !site.time_zone_h) {
-        const std::string text =
-            "date and time need latitude_deg, longitude_deg and time_zone_h of the site (or give the sun "
-            "altitude_deg and azimuth_deg)";
-        site_value ? site_value->refuse(text) : object.refuse(text);
-    }
-    time.time_zone_h = *site.time_zone_h;
-    return sun_position(time, *site.latitude_rad, *site.longitude_rad);
-}
-
-SunDescription read_sun(const JsonValue& value, const std::optional<JsonValue>& site_value,
-                        const Site& site, const Primaries& primaries) {
-    const SceneObject object(value, scene_keys::sun);
-    const SunAngles angles = read_sun_angles(object, site_value, site);
-    SunDescription sun{.altitude_rad = angles.altitude_rad,
-                       .azimuth_rad = model_azimuth(angles.azimuth_rad, site.north_rad)};
-    sun.direct_normal_illuminance_lx =
-        read_number(object, "direct_normal_illuminance_lx", {0.0, largest_light, "lx"}, 0.0);
-    if (const auto colour = object.find("colour")) sun.colour = read_light_colour(*colour, primaries);
-    return sun;
-}
-
-void read_light(const SceneObject& root, const Site& site, const Primaries& primaries, Scene& scene) {
-    const JsonValue sky = root.at("sky");
-    scene.sky = read_sky(sky, primaries);
-    if (const auto sun = root.find("sun")) scene.sun = read_sun(*sun, root.find("site"), site, primaries);
-
-    const bool clear =
-        scene.sky.model == SkyModel::cie_clear || scene.sky.model == SkyModel::cie_clear_polluted;
-    if (clear && !scene.sun)
-        sky.refuse(
-            "a clear sky needs the place of the sun (add \"sun\", without illuminance if it shall not "
-            "shine)");
-    if (clear && scene.sun->altitude_rad <= 0.0) {
-        root.at("sun").refuse(
-            fmt::format("the sun stands {:.4g} degrees high (a clear sky needs it above the horizon)",
-                        degrees_from_radians(scene.sun->altitude_rad)));
-    }
-}
-
 GridOptions read_grid(const JsonValue& value, GridOptions grid) {
     const SceneObject object(value, scene_keys::grid);
     grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
@@ -518,8 +363,6 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     }
     if (const auto primaries = root.find("primaries")) scene.primaries = read_primaries(*primaries);
     const Primaries primaries(scene.primaries);
-    const Site site = root.has("site") ? read_site(root.at("site")) : Site{};
-    scene.north_rad = site.north_rad;
     if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, primaries);
     if (const auto outdoors = root.find("outdoors")) scene.outdoors = read_outdoors(*outdoors);
     const auto grid = root.find("grid"), direct = root.find("direct");
@@ -527,7 +370,10 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     scene.direct = direct ? read_direct(*direct, defaults.direct) : defaults.direct;
     const MaterialNames names = read_materials(root.at("materials"), files, scene);
     read_geometry(root, names, scene);
-    read_light(root, site, primaries, scene);
+    const SkyAndSun light = read_sky_and_sun(root, primaries, files);
+    scene.sky = light.sky;
+    scene.sun = light.sun;
+    scene.north_rad = light.north_rad;
     UniqueIds sensor_ids, view_ids;
     PointBudget sensor_budget;
     const double indoor_area_m2 = indoor_shadow_m2(scene);

@@ -47,4 +47,20 @@ SunAngles sun_position(const LocalTime& time, double latitude_rad, double longit
     return {std::asin(std::clamp(up, -1.0, 1.0)), azimuth < 0.0 ? azimuth + 2.0 * pi : azimuth};
 }
 
+double refracted_altitude(double altitude_rad) {
+    // docs/method.md eq. (Sun 7); seconds of arc, h in degrees.
+    const double h = degrees_from_radians(altitude_rad), t = std::tan(altitude_rad);
+    double seconds = 0.0;
+    if (h > 85.0) {
+        seconds = 0.0;
+    } else if (h > 5.0) {
+        seconds = 58.1 / t - 0.07 / (t * t * t) + 0.000086 / (t * t * t * t * t);
+    } else if (h > -0.575) {
+        seconds = 1735.0 + h * (-518.2 + h * (103.4 + h * (-12.79 + h * 0.711)));
+    } else {
+        seconds = -20.774 / t;
+    }
+    return altitude_rad + radians_from_degrees(seconds / 3600.0);
+}
+
 }  // namespace naturel

@@ -24,4 +24,7 @@ struct LocalTime {
 /// Within 0.0123 degrees of NREL's SPA for 1990-2049 (docs/method.md, "Sun").
 SunAngles sun_position(const LocalTime& time, double latitude_rad, double longitude_rad);
 
+/// Apparent altitude: what the air's refraction (NOAA's formula, 1010 hPa, 10 degrees Celsius) makes of a geometric one.
+double refracted_altitude(double altitude_rad);
+
 }  // namespace naturel

@@ -23,7 +23,7 @@ TEST_CASE("help names every command and option on stdout", "[cli]") {
     const Outcome general = run_naturel({"--help"});
     CHECK(general.exit_code == 0);
     CHECK(general.errors.empty());
-    for (const char* word : {"run", "check", "zones", "--version"}) {
+    for (const char* word : {"run", "check", "zones", "sky", "--version"}) {
         INFO(word);
         CHECK(general.output.find(word) != std::string::npos);
     }
@@ -49,8 +49,8 @@ TEST_CASE("the version names the program and its backends", "[cli]") {
 }
 
 TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cli]") {
-    check_failure(run_naturel({}), 2, "known: run, check, zones");
-    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones)");
+    check_failure(run_naturel({}), 2, "known: run, check, zones, sky");
+    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones, sky)");
     check_failure(run_naturel({"run"}), 2, "SCENE is required");
     check_failure(run_naturel({"run", "room.json", "--backend", "crystal_ball"}), 2,
                   "unknown backend \"crystal_ball\" (known: hemicube");
