@@ -44,7 +44,7 @@ struct Label {
 /// bar_top, bar_rows: where the colours stand.
 void draw_legend(const ColourScale& scale, const FalseColourOptions& options, const std::vector<Label>& labels,
                  int left, int bar_top, int bar_rows, Raster& raster) {
-    raster.text(left, bar_top - line_height - 4, options.unit, ink);
+    raster.text(left, bar_top - line_height - 8, options.unit, ink);
     for (int row = 0; row < bar_rows; ++row) {
         const double place = 1.0 - (row + 0.5) / bar_rows;
         raster.fill(left, bar_top + row, bar_width, 1, viridis(place));
@@ -56,7 +56,7 @@ void draw_legend(const ColourScale& scale, const FalseColourOptions& options, co
         raster.fill(left, row_of(contour), bar_width, 1, scale.place(contour) > 0.5 ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255});
     for (const Label& label : labels) {
         raster.fill(left + bar_width, row_of(label.value), 5, 1, ink);
-        raster.text(left + bar_width + 9, row_of(label.value) - glyph_height + 1, label.text, ink);
+        raster.text(left + bar_width + 9, row_of(label.value) - glyph_height + 3, label.text, ink);
     }
 }
 

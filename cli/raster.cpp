@@ -7,8 +7,8 @@
 namespace naturel {
 namespace {
 
-/// A letter of 5 x 7 pixels, rows from the top, the leftmost pixel in the highest of five bits.
-using Glyph = std::array<std::uint8_t, 7>;
+/// A letter of 5 x 7 pixels and two rows for what hangs below the line, from the top, the leftmost pixel in the highest of five bits.
+using Glyph = std::array<std::uint8_t, 9>;
 
 /// ASCII from the blank to the tilde. Pictures must not depend on the fonts of a machine.
 constexpr std::array<Glyph, 95> ascii_glyphs{{
@@ -83,17 +83,17 @@ constexpr std::array<Glyph, 95> ascii_glyphs{{
     {1, 1, 13, 19, 17, 17, 15},                  // d
     {0, 0, 14, 17, 31, 16, 14},                  // e
     {6, 9, 8, 28, 8, 8, 8},                      // f
-    {0, 15, 17, 17, 15, 1, 14},                  // g
+    {0, 0, 15, 17, 17, 17, 15, 1, 14},  // g
     {16, 16, 22, 25, 17, 17, 17},                // h
     {4, 0, 12, 4, 4, 4, 14},                     // i
-    {2, 0, 6, 2, 2, 18, 12},                     // j
+    {2, 0, 6, 2, 2, 2, 2, 18, 12},  // j
     {16, 16, 18, 20, 24, 20, 18},                // k
     {12, 4, 4, 4, 4, 4, 14},                     // l
     {0, 0, 26, 21, 21, 17, 17},                  // m
     {0, 0, 22, 25, 17, 17, 17},                  // n
     {0, 0, 14, 17, 17, 17, 14},                  // o
-    {0, 0, 30, 17, 30, 16, 16},                  // p
-    {0, 0, 13, 19, 15, 1, 1},                    // q
+    {0, 0, 30, 17, 17, 17, 30, 16, 16},  // p
+    {0, 0, 15, 17, 17, 17, 15, 1, 1},  // q
     {0, 0, 22, 25, 16, 16, 16},                  // r
     {0, 0, 14, 16, 14, 1, 30},                   // s
     {8, 8, 28, 8, 8, 9, 6},                      // t
@@ -101,7 +101,7 @@ constexpr std::array<Glyph, 95> ascii_glyphs{{
     {0, 0, 17, 17, 17, 10, 4},                   // v
     {0, 0, 17, 17, 21, 21, 10},                  // w
     {0, 0, 17, 10, 4, 10, 17},                   // x
-    {0, 0, 17, 17, 15, 1, 14},                   // y
+    {0, 0, 17, 17, 17, 17, 15, 1, 14},  // y
     {0, 0, 31, 2, 4, 8, 31},                     // z
     {2, 4, 4, 8, 4, 4, 2},                       // {
     {4, 4, 4, 4, 4, 4, 4},                       // |
@@ -149,7 +149,7 @@ void Raster::line(double x0, double y0, double x1, double y1, Rgb8 colour) {
 void Raster::text(int left, int top, std::string_view utf8, Rgb8 colour, int scale) {
     for (; !utf8.empty(); left += glyph_width * scale) {
         const Glyph& glyph = next_glyph(utf8);
-        for (int row = 0; row < 7; ++row) {
+        for (int row = 0; row < 9; ++row) {
             for (int column = 0; column < 5; ++column) {
                 if ((glyph[static_cast<std::size_t>(row)] >> (4 - column) & 1) != 0)
                     fill(left + column * scale, top + row * scale, scale, scale, colour);

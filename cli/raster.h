@@ -23,7 +23,7 @@ struct Raster {
     void text(int left, int top, std::string_view utf8, Rgb8 colour, int scale = 2);
 };
 
-inline constexpr int glyph_width = 6, glyph_height = 8;  ///< with the gaps to the next letter and line
+inline constexpr int glyph_width = 6, glyph_height = 10;  ///< with the gaps to the next letter and line
 
 /// Width of a text, pixels.
 int text_width(std::string_view utf8, int scale = 2);

@@ -106,7 +106,7 @@ Raster draw_dome(const Sky& sky, const SkyAndSun& light, const SkyOptions& optio
     const auto middle = shown.begin() + static_cast<std::ptrdiff_t>(shown.size() / 2);
     std::nth_element(shown.begin(), middle, shown.end());
     const double median = *middle, largest = *std::max_element(shown.begin(), shown.end());
-    const bool logarithmic = options.logarithmic.value_or(median > 0.0 && largest > 8.0 * median);
+    const bool logarithmic = options.logarithmic.value_or(median > 0.0 && largest > 5.0 * median);
 
     FalseColourOptions picture{.title = title, .unit = "cd/m\u00b2", .maximum = options.maximum_cd_m2};
     picture.scale = logarithmic ? ColourScaleKind::logarithmic : ColourScaleKind::linear;

@@ -3,7 +3,7 @@
 
 namespace naturel {
 
-/// Zenith luminance of a standard sky by R. Kittler & S. Darula 1998 (docs/method.md eqs. (Sky 13) and (Sky 14)).
+/// Zenith luminance of a standard sky by R. Kittler & S. Darula 1998 (docs/method.md eqs. (Level 3) and (Level 4)).
 struct ZenithLevel {
     double turbidity;  ///< luminous turbidity T_v, typical
     double a1, a2;     ///< both 0: a sky in which the sun is not seen

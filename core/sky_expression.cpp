@@ -53,6 +53,9 @@ ExpressionError translated(const mu::ParserError& error) {
     std::string text = error.GetMsg();
     while (!text.empty() && (text.back() == '.' || text.back() == '\n'))
         text.pop_back();
+    // The position is given in another way.
+    for (const char* place : {" found at position", " at position"})
+        text.resize(std::min(text.size(), text.find(place)));
     return ExpressionError(at < 0 ? 1 : static_cast<std::size_t>(at) + 1, text);
 }
 

@@ -26,7 +26,7 @@ public:
     SkyExpression(const std::string& text, const glm::dvec3& sun);
     ~SkyExpression();
 
-    /// direction: unit, z >= 0, y towards true north. May be negative or not finite: see first_fault(). Thread-safe.
+    /// direction: unit, z >= 0, y towards true north. May be negative or not finite: see expression_fault(). Thread-safe.
     double luminance(const glm::dvec3& direction) const;
 
     /// Whether the formula names chi or the sun.

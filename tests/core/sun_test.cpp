@@ -83,3 +83,13 @@ TEST_CASE("the sun does not care which clock names the moment", "[core][physics]
     CHECK_THAT(year.altitude_rad, WithinAbs(new_year.altitude_rad, 1e-11));
     CHECK_THAT(year.azimuth_rad, WithinAbs(new_year.azimuth_rad, 1e-11));
 }
+
+TEST_CASE("refraction raises the sun as NOAA's table says", "[core][physics][sun]") {
+    const tests::CsvTable table = tests::read_csv("sunpos_vectors.csv");
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+        INFO("line " << row + 2);
+        const double altitude_deg = table.number(row, "noaa_alt");
+        const double raised = degrees_from_radians(refracted_altitude(radians_from_degrees(altitude_deg))) - altitude_deg;
+        CHECK_THAT(raised, WithinAbs(table.number(row, "refraction_deg_noaa"), 0.6e-4));  // four decimals
+    }
+}
