@@ -303,11 +303,12 @@ void check_rows(const CheckedScene& checked, Report& report, Progress& progress)
 }  // namespace
 
 void check(const CheckOptions& options, Progress& progress) {
-    const Scene scene = read_scene(options.scene);
+    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
     const Building building = assemble(scene);
+    choose_grid_spacing(scene, building, options.quality);
     const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
     const std::unique_ptr<Visibility> visibility =
-        backends_named(default_backend()).front().make(building, grid, {});
+        backends_named(default_backend()).front().make(building, grid, backend_options(options.quality));
     const CheckedScene checked{scene, building, grid, *visibility};
 
     Report report;

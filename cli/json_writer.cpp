@@ -29,8 +29,12 @@ Json primaries_json(const PrimariesDescription& primaries) {
 Json options_json(const Result& result) {
     const Scene& scene = result.scene;
     const DaylightOptions& daylight = result.options.daylight;
-    Json options{{"grid_spacing_m", scene.grid.spacing_m},
+    Json options{{"quality", result.options.quality.name},
+                 {"grid_spacing_m", scene.grid.spacing_m},
                  {"outdoor_grid_spacing_m", scene.grid.outdoor_spacing_m},
+                 {"grid_zones", scene.grid.zones},
+                 {"grid_refine_levels", scene.grid.refine.levels},
+                 {"grid_refine_contrast", scene.grid.refine.contrast},
                  {"direct_method", name_of(direct_methods, scene.direct.method)},
                  {"direct_tolerance", scene.direct.tolerance},
                  {"ground_shadows", scene.ground.shadows},
@@ -88,6 +92,17 @@ Json sensor_sets_json(const std::vector<SensorSetStatistics>& sets) {
         json.push_back(entry);
     }
     return json;
+}
+
+/// Relative errors that 95 % of the sensors are estimated not to exceed; null where nothing was estimated.
+Json estimated_error_json(const std::optional<ErrorEstimate>& error) {
+    if (!error) return {};
+    return {{"percentile", 95},
+            {"points", error->points},
+            {"relative_error", error->total()},
+            {"sampling", error->sampling},
+            {"grid", error->grid ? Json(*error->grid) : Json()},
+            {"direct", error->direct}};
 }
 
 Json quality_json(const Result& result) {
@@ -163,6 +178,7 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                       {"sensors", result.solution.sensors.size()}}},
                     {"outdoors", outdoors_json(result)},
                     {"sensor_sets", sensor_sets_json(sets)},
+                    {"estimated_error", estimated_error_json(result.error)},
                     {"quality", quality_json(result)},
                     {"views", pictures},
                     {"files", files}});

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <functional>
 #include <iostream>
 #include <limits>
 #include <thread>
@@ -117,6 +118,45 @@ CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
         ->check(within(1e-3, 1e3));
 }
 
+void add_quality(CLI::App& app, QualityPreset& quality, const std::string& description) {
+    std::vector<std::string_view> names;
+    for (const QualityPreset& known : quality_presets)
+        names.push_back(known.name);
+    const auto take = [names, &quality](const std::string& word) {
+        const auto found = std::ranges::find(quality_presets, word, &QualityPreset::name);
+        if (found == quality_presets.end())
+            throw CLI::ValidationError(
+                "--quality", fmt::format("unknown word \"{}\" (known: {})", word, fmt::join(names, ", ")));
+        quality = *found;
+    };
+    app.add_option_function<std::string>("--quality", take, description)
+        ->type_name(fmt::format("{}", fmt::join(names, "|")))
+        ->default_str(std::string(quality.name));
+}
+
+/// Accuracy options as the command line has them. Those that were not given are the preset's.
+class AccuracyOptions {
+public:
+    /// Returns `option`, for chaining.
+    template <class Target>
+    CLI::Option* add(CLI::Option* option, Target& target, Target QualityPreset::*member) {
+        fields_.push_back(
+            {option, [&target, member](const QualityPreset& quality) { target = quality.*member; }});
+        return option;
+    }
+    void take_from(const QualityPreset& quality) const {
+        for (const Field& field : fields_)
+            if (field.option->count() == 0) field.take(quality);
+    }
+
+private:
+    struct Field {
+        const CLI::Option* option;
+        std::function<void(const QualityPreset&)> take;
+    };
+    std::vector<Field> fields_;
+};
+
 /// "auto", or a way to expose and its value: "white=500".
 CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
     const auto take = [&exposure](const std::string& text) {
@@ -145,11 +185,25 @@ void add_zones_options(CLI::App& app, ZonesOptions& options) {
                  "draw every floor as a plan with its grid, sunspots and umbra zones, and its walls unrolled");
     add_threads(app, options.threads);
     app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    add_quality(app, options.quality, "lays the grid of this quality where the scene asks for none");
     add_grid_spacing(app, options.grid_spacing_m)->group("Instead of what the scene file says");
 }
 
-void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
+void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
+    // So that --help shows the numbers of the default.
+    options.daylight.node_indirect = options.quality.node_indirect;
+    options.daylight.sensor_indirect = options.quality.sensor_indirect;
+    options.daylight.radiosity.tolerance = options.quality.radiosity_tolerance;
+    options.backends = backend_options(options.quality);
+
+    app.footer(quality_table());
     add_scene(app, options.scene);
+    add_quality(app, options.quality, "chooses every accuracy option that is not given: see the table below");
+    app.add_flag("--dry-run", options.dry_run,
+                 "print what would be computed, with which options, memory and work, and compute nothing");
+    app.add_flag_callback(
+        "--no-error-estimate", [&options] { options.error_estimate = false; },
+        "do not compute some sensors again to estimate the error (saves up to a quarter of the time)");
     app.add_option("--backend", options.backend, "visibility method")
         ->type_name(fmt::format("{}", fmt::join(backend_words(), "|")))
         ->check(CLI::Validator(
@@ -202,20 +256,27 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
         ->group(false_colour_group);
 
     constexpr auto light_group = "Interreflection";
-    add_choice(app, "--irc", options.daylight.sensor_indirect, indirect_methods,
-               "how interreflected light reaches sensors: mean of the patch, or gathered at the point")
+    accuracy
+        .add(add_choice(
+                 app, "--irc", options.daylight.sensor_indirect, indirect_methods,
+                 "how interreflected light reaches sensors: mean of the patch, or gathered at the point"),
+             options.daylight.sensor_indirect, &QualityPreset::sensor_indirect)
         ->default_str(std::string(name_of(indirect_methods, options.daylight.sensor_indirect)))
         ->group(light_group);
-    add_choice(app, "--node-irc", options.daylight.node_indirect, indirect_methods,
-               "the same for nodes of the grid")
+    accuracy
+        .add(add_choice(app, "--node-irc", options.daylight.node_indirect, indirect_methods,
+                        "the same for nodes of the grid"),
+             options.daylight.node_indirect, &QualityPreset::node_indirect)
         ->default_str(std::string(name_of(indirect_methods, options.daylight.node_indirect)))
         ->group(light_group);
     add_choice(app, "--form-factor-repair", options.daylight.form_factors.repair, form_factor_repairs,
                "what is done about form factors that break reciprocity or closure")
         ->default_str(std::string(name_of(form_factor_repairs, options.daylight.form_factors.repair)))
         ->group(light_group);
-    app.add_option("--radiosity-tolerance", options.daylight.radiosity.tolerance,
-                   "bound on the relative error of the flux at which the iteration stops")
+    accuracy
+        .add(app.add_option("--radiosity-tolerance", options.daylight.radiosity.tolerance,
+                            "bound on the relative error of the flux at which the iteration stops"),
+             options.daylight.radiosity.tolerance, &QualityPreset::radiosity_tolerance)
         ->type_name("X")
         ->check(within(1e-14, 0.1))
         ->group(light_group);
@@ -227,13 +288,17 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
 
     constexpr auto embree_group = "Backend embree";
     EmbreeOptions& embree = options.backends.embree;
-    app.add_option("--rays", embree.rays_per_patch,
-                   "rays per patch for form factors, rounded up to a multiple of 256")
+    accuracy
+        .add(app.add_option("--rays", embree.rays_per_patch,
+                            "rays per patch for form factors, rounded up to a multiple of 256"),
+             embree.rays_per_patch, &QualityPreset::rays_per_patch)
         ->type_name("N")
         ->check(ray_count())
         ->group(embree_group);
-    app.add_option("--rays-per-point", embree.rays_per_point,
-                   "rays per sensor for interreflected light, rounded up to a multiple of 256")
+    accuracy
+        .add(app.add_option("--rays-per-point", embree.rays_per_point,
+                            "rays per sensor for interreflected light, rounded up to a multiple of 256"),
+             embree.rays_per_point, &QualityPreset::rays_per_point)
         ->type_name("N")
         ->check(ray_count())
         ->group(embree_group);
@@ -244,8 +309,10 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed) {
                "surface the scene is projected on")
         ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
         ->group(hemicube_group);
-    app.add_option("--cells", hemicube.resolution,
-                   "cells along a side of the square or of the top of the hemi-cube")
+    accuracy
+        .add(app.add_option("--cells", hemicube.resolution,
+                            "cells along a side of the square or of the top of the hemi-cube"),
+             hemicube.resolution, &QualityPreset::cells)
         ->type_name("N")
         ->check(within(1, 4096))
         ->group(hemicube_group);
@@ -367,10 +434,12 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse
     });
     CLI::App* run_command =
         app.add_subcommand("run", "compute the daylight of a scene and write tables and pictures");
-    add_run_options(*run_command, run, seed);
+    AccuracyOptions accuracy;
+    add_run_options(*run_command, run, seed, accuracy);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
     add_scene(*check_command, check.scene);
+    add_quality(*check_command, check.quality, "lays the grid of this quality where the scene asks for none");
     CLI::App* zones_command = app.add_subcommand(
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
@@ -393,6 +462,7 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
+    accuracy.take_from(run.quality);
     run.backends.hemicube.seed = seed;
     run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;

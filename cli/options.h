@@ -8,6 +8,7 @@
 
 #include "cli/backends.h"
 #include "cli/exit_codes.h"
+#include "cli/quality.h"
 #include "core/daylight.h"
 #include "core/false_colour.h"
 
@@ -30,6 +31,11 @@ struct RunOptions {
     std::filesystem::path out = "out";
     int threads = 1;  ///< parse_command_line() puts the number of processors here unless told otherwise
     bool quiet = false;
+    bool dry_run = false;  ///< say what would be computed, and how, and stop
+    /// What chose the accuracy options that were not given; they are in place when parse_command_line()
+    /// returns, but for what the scene has a say in.
+    QualityPreset quality = normal_quality;
+    bool error_estimate = true;
     BackendOptions backends;
     DaylightOptions daylight;
 
@@ -47,6 +53,7 @@ struct RunOptions {
 /// `naturel check SCENE`
 struct CheckOptions {
     std::filesystem::path scene;
+    QualityPreset quality = normal_quality;  ///< whose grid is laid where the scene asks for none
 };
 
 /// `naturel zones SCENE`
@@ -56,6 +63,7 @@ struct ZonesOptions {
     int threads = 1;  ///< as RunOptions::threads
     bool quiet = false;
     bool svg = false;  ///< draw a plan and the walls of every floor, too
+    QualityPreset quality = normal_quality;  ///< as CheckOptions::quality
     std::optional<double> grid_spacing_m;  ///< replaces what the scene file says; the grid is only drawn
 };
 

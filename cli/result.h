@@ -8,6 +8,7 @@
 #include "core/building.h"
 #include "core/colour.h"
 #include "core/daylight.h"
+#include "core/error_estimate.h"
 #include "core/patch_grid.h"
 
 namespace naturel {
@@ -22,6 +23,7 @@ struct Result {
     const Visibility& visibility;
     const DaylightSolution& solution;
     const Primaries& primaries;
+    std::optional<ErrorEstimate> error{};
 };
 
 /// Indoor illuminance due to the sky over the illuminance of the unobstructed horizontal plane, %; empty

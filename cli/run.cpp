@@ -14,6 +14,7 @@
 #include "cli/csv_writer.h"
 #include "cli/false_colour.h"
 #include "cli/file_writer.h"
+#include "cli/forecast.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
 #include "cli/physical_memory.h"
@@ -55,7 +56,7 @@ void stop_if_interrupted(const Progress& progress) {
 }
 
 Scene read_scene_with_overrides(const RunOptions& options) {
-    Scene scene = read_scene(options.scene);
+    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
@@ -194,6 +195,15 @@ std::string account(const Result& result, const std::vector<SensorSetStatistics>
                                 set.illuminance_lx->mean, set.illuminance_lx->min, set.illuminance_lx->max);
         text += '\n';
     }
+    if (result.error) {
+        const ErrorEstimate& error = *result.error;
+        text += fmt::format(
+            "  estimated error of illuminance, 95 % of sensors: {:.2f} % (sampling {:.2f} %, grid {}, direct "
+            "light {:.2f} %)\n",
+            100.0 * error.total(), 100.0 * error.sampling,
+            error.grid ? fmt::format("{:.2f} %", 100.0 * *error.grid) : "not estimated",
+            100.0 * error.direct);
+    }
     text += fmt::format(
         "  flux in {:.1f} lm, absorbed {:.1f} lm, lost {:.1f} lm (gap {:.1e}); radiosity {} after {} "
         "iterations, "
@@ -262,12 +272,41 @@ SensorTotals sensor_totals(const Result& result) {
     return totals;
 }
 
+BackendOptions companion_options(BackendOptions options, Companion kind) {
+    if (kind == Companion::other_seed) {
+        ++options.embree.seed;
+        ++options.hemicube.seed;
+        options.hemicube.random_rotation = true;  // what shows aliasing
+    } else {
+        options.embree.rays_per_patch = std::max(1, options.embree.rays_per_patch / 4);
+    }
+    return options;
+}
+
+ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backend>& backends,
+                 const Progress& progress) {
+    const Building building = assemble(scene);
+    choose_grid_spacing(scene, building, options.quality);
+    stop_if_interrupted(progress);
+    const PatchGrid grid = make_patch_grid(
+        building, scene.grid, scene.grid.zones ? find_light_zones(scene, building) : LightZones{});
+    const std::vector<Sensor> sensors = place_sensors(scene, building);
+    stop_if_interrupted(progress);
+    std::string text;
+    for (const Backend& backend : backends)
+        text += dry_run_account(options, scene, building, grid, sensors,
+                                *backend.make(building, grid, options.backends));
+    print(stdout, text);
+    return ExitCode::done;
+}
+
 }  // namespace
 
 ExitCode run(const RunOptions& options, Progress& progress) {
     StageClock shared_clock;
-    const Scene scene = read_scene_with_overrides(options);
+    Scene scene = read_scene_with_overrides(options);
     const std::vector<Backend> backends = backends_named(options.backend);
+    if (options.dry_run) return dry_run(options, std::move(scene), backends, progress);
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         if (!scene.views.empty()) make_writable_folder(options.out / backend.name / "views");
@@ -279,6 +318,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         print(stderr, "warning: " + note + "\n");
     shared_clock.end_stage("read scene");
     const Building building = assemble(scene);
+    choose_grid_spacing(scene, building, options.quality);
     stop_if_interrupted(progress);
     shared_clock.end_stage("assembly");
     // Found even where the grid does not follow them: zones.json tells of them.
@@ -286,7 +326,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
     stop_if_interrupted(progress);
     shared_clock.end_stage("zones");
-    const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? zones : LightZones{});
+    const LightZones grid_zones = scene.grid.zones ? zones : LightZones{};
+    const PatchGrid grid = make_patch_grid(building, scene.grid, grid_zones);
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
     const Primaries primaries(scene.primaries);
@@ -302,7 +343,16 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const DaylightSolution solution =
             compute_daylight(scene, building, grid, *visibility, options.daylight, progress);
         clock.add_stages(solution.stage_seconds);
-        const Result result{options, scene, building, grid, *visibility, solution, primaries};
+        std::optional<ErrorEstimate> error;
+        if (options.error_estimate) {
+            const auto companion = [&](const PatchGrid& companion_grid, Companion kind) {
+                return backend.make(building, companion_grid, companion_options(options.backends, kind));
+            };
+            error = estimate_error(scene, building, grid, grid_zones, solution, options.daylight, companion,
+                                   progress);
+            clock.end_stage("error estimate");
+        }
+        const Result result{options, scene, building, grid, *visibility, solution, primaries, error};
         const std::vector<SensorSetStatistics> sets = sensor_set_statistics(result);
 
         // The summary goes first and comes last: where there is one, it speaks of the files beside it.

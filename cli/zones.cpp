@@ -13,10 +13,11 @@
 namespace naturel {
 
 void find_zones(const ZonesOptions& options, Progress& progress) {
-    Scene scene = read_scene(options.scene);
+    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     make_writable_folder(options.out);
     const Building building = assemble(scene);
+    choose_grid_spacing(scene, building, options.quality);
 
     progress.begin("light zones", building.faces.size());
     const std::optional<SunBeam> sun = sun_beam(scene);

@@ -154,6 +154,37 @@ PatchId patch_under(const Building& building, const PatchGrid& grid, const Gathe
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
                                   const Visibility& visibility, const DaylightOptions& options, Progress& told) {
+    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), told);
+}
+
+std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                               const Visibility& visibility, const OutdoorLight& outdoors,
+                                               const RadiositySolution& radiosity, const DaylightOptions& options,
+                                               std::span<const Sensor> sensors, Progress& progress) {
+    const DirectLight direct(scene, building, grid, outdoors, visibility);
+    std::vector<PointIlluminance> values(sensors.size());
+    ThreadScratch<FormFactorRow> scratch;
+    parallel_stage("sensors", sensors.size(), 2, progress, [&](std::size_t s) {
+        const Sensor& sensor = sensors[s];
+        PointIlluminance& value = values[s];
+        if (sensor.medium == Medium::outdoor_air) {
+            const OutdoorIlluminance open = outdoor_illuminance(outdoors, building, grid, visibility, sensor.point, scene.direct.tolerance);
+            value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx, open.ground_lx};
+        } else if (sensor.medium == Medium::indoor_air) {
+            value.direct = direct.at(sensor.point);
+            const PatchId under = options.sensor_indirect == IndirectMethod::patch ? patch_under(building, grid, sensor.point)
+                                                                                   : PatchId::none;
+            value.indirect_lx = under != PatchId::none ? radiosity.indirect_illuminance_lx[index(under)]
+                                                       : gather(visibility, sensor.point, radiosity.exitance_lm_m2,
+                                                                options.form_factors.repair, scratch.local());
+        }
+    });
+    return values;
+}
+
+DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                  const Visibility& visibility, const DaylightOptions& options,
+                                  std::vector<Sensor> sensors, Progress& told) {
     StageTimes progress(told);
     DaylightSolution solution{.outdoors = light_outdoors(scene, building, grid, visibility, progress)};
     const DirectLight direct(scene, building, grid, solution.outdoors, visibility);
@@ -227,23 +258,9 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
         for (std::size_t n = 0; n < means.size(); ++n) solution.nodes[n].indirect_lx = means[n];
     }
 
-    solution.sensors = place_sensors(scene, building);
-    solution.sensor_values.resize(solution.sensors.size());
-    parallel_stage("sensors", solution.sensors.size(), 2, progress, [&](std::size_t s) {
-        const Sensor& sensor = solution.sensors[s];
-        PointIlluminance& value = solution.sensor_values[s];
-        if (sensor.medium == Medium::outdoor_air) {
-            const OutdoorIlluminance open = outdoor_illuminance(solution.outdoors, building, grid, visibility, sensor.point, scene.direct.tolerance);
-            value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx, open.ground_lx};
-        } else if (sensor.medium == Medium::indoor_air) {
-            value.direct = direct.at(sensor.point);
-            const PatchId under = options.sensor_indirect == IndirectMethod::patch ? patch_under(building, grid, sensor.point)
-                                                                                   : PatchId::none;
-            value.indirect_lx = under != PatchId::none
-                                    ? solution.radiosity.indirect_illuminance_lx[index(under)]
-                                    : gather(visibility, sensor.point, exitance, options.form_factors.repair, scratch.local());
-        }
-    });
+    solution.sensors = std::move(sensors);
+    solution.sensor_values = light_on_sensors(scene, building, grid, visibility, solution.outdoors, solution.radiosity, options,
+                                              solution.sensors, progress);
     solution.stage_seconds = progress.take();
     return solution;
 }

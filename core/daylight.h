@@ -47,4 +47,15 @@ struct DaylightSolution {
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
                                   const Visibility& visibility, const DaylightOptions& options, Progress& progress);
 
+/// The same for other sensors than those of the scene.
+DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                  const Visibility& visibility, const DaylightOptions& options,
+                                  std::vector<Sensor> sensors, Progress& progress);
+
+/// Light on sensors from a solution of the radiosity: [sensors]. Those in a solid stay dark.
+std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                               const Visibility& visibility, const OutdoorLight& outdoors,
+                                               const RadiositySolution& radiosity, const DaylightOptions& options,
+                                               std::span<const Sensor> sensors, Progress& progress);
+
 }  // namespace naturel

@@ -144,8 +144,8 @@ struct AdaptiveScratch {
 SkyAndOutdoors integrate_article(const GatherPoint& point, const ApertureLight& light, const ArticleElements& elements,
                                  const Visibility& visibility, ArticleScratch& scratch);
 
-/// Aperture elements of exact projected solid angle, divided until the error is below `tolerance` of the sum for 99 points
-/// of 100 (docs/method.md, "Direct illuminance").
+/// Aperture elements of exact projected solid angle, divided until the estimated error is below `tolerance` of the sum.
+/// How often the true one is, for smooth light and behind bars and furniture: docs/method.md, "Direct illuminance".
 SkyAndOutdoors integrate_adaptively(const GatherPoint& point, const ApertureLight& light, double tolerance,
                                     const Visibility& visibility, AdaptiveScratch& scratch);
 

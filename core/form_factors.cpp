@@ -25,33 +25,16 @@ struct RowShares {
     std::vector<double> truncated;
 };
 
-FormFactors collect_rows(const Visibility& visibility, std::size_t count, RowShares& shares,
+FormFactors collect_rows(const Visibility& visibility, std::size_t count, bool with_errors, RowShares& shares,
                          Progress& progress) {
-    std::vector<FormFactorRow> rows(count);
-    ThreadScratch<FormFactorRow> scratch;
-    parallel_stage("form factors", count, 1, progress, [&](std::size_t i) {
-        FormFactorRow& row = scratch.local();
-        visibility.form_factor_row(make_id<PatchId>(i), row);
-        rows[i] = row;  // allocates what the row needs and no more
-    });
-
+    FormFactorRows rows = visibility.form_factor_rows(count, with_errors, progress);
+    shares.lost = std::move(rows.lost);
+    shares.truncated = std::move(rows.truncated);
     FormFactors f;
-    shares.lost.resize(count);
-    shares.truncated.resize(count);
-    f.row_begin.resize(count + 1);
-    for (std::size_t i = 0; i < count; ++i) {
-        f.row_begin[i + 1] = f.row_begin[i] + rows[i].values.size();
-        shares.lost[i] = rows[i].lost;
-        shares.truncated[i] = rows[i].truncated;
-    }
-    f.column.resize(f.row_begin.back());
-    f.value.resize(f.row_begin.back());
-    parallel_for(count, 16, [&](std::size_t i) {
-        std::transform(rows[i].patches.begin(), rows[i].patches.end(), f.column.data() + f.row_begin[i],
-                       [](PatchId patch) { return static_cast<std::uint32_t>(patch); });
-        std::copy(rows[i].values.begin(), rows[i].values.end(), f.value.data() + f.row_begin[i]);
-        rows[i] = {};
-    });
+    f.row_begin = std::move(rows.row_begin);
+    f.column = std::move(rows.column);
+    f.value = std::move(rows.value);
+    f.error = std::move(rows.error);
     return f;
 }
 
@@ -111,7 +94,7 @@ void for_each_exchange(const FormFactors& f, const SparseRows& transposed, std::
 FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, const RowShares& shares,
                           const std::vector<double>& area_m2) {
     struct RowMeasure {
-        double gap = 0.0, exchanged = 0.0, flux_error = 0.0;
+        double gap = 0.0, exchanged = 0.0, flux_error = 0.0, row_sum = 0.0;
     };
     std::vector<RowMeasure> measures(f.row_count());
     parallel_for(f.row_count(), 16, [&](std::size_t i) {
@@ -125,6 +108,7 @@ FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, co
             arriving += area_m2[j] * f_ji;
         });
         m.flux_error = std::abs(arriving / area_m2[i] - leaving);
+        m.row_sum = leaving;
         measures[i] = m;
     });
 
@@ -138,6 +122,7 @@ FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, co
         q.worst_lost = std::max(q.worst_lost, shares.lost[i]);
         q.worst_truncated = std::max(q.worst_truncated, shares.truncated[i]);
         q.worst_flux_error = std::max(q.worst_flux_error, measures[i].flux_error);
+        q.worst_excess = std::max(q.worst_excess, measures[i].row_sum + shares.lost[i] + shares.truncated[i] - 1.0);
         sum.gap += measures[i].gap;
         sum.exchanged += measures[i].exchanged;
     }
@@ -295,7 +280,7 @@ FormFactors reciprocal(const FormFactors& raw, const SparseRows& transposed, con
             s.value[e] *= b.scale[i] * b.scale[j] * std::min(b.reserve[i], b.reserve[j]) / area_m2[i];
         }
     });
-    return {std::move(s.row_begin), std::move(s.column), std::move(s.value), raw.quality};
+    return {std::move(s.row_begin), std::move(s.column), std::move(s.value), {}, {}, {}, raw.quality};
 }
 
 /// sum A |F' - F| / sum A F, where the columns of F are among those of F'.
@@ -376,15 +361,26 @@ FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& 
         area_m2[i] = grid.patches[i].area_m2;
 
     RowShares shares;
-    FormFactors raw = collect_rows(visibility, grid.gather_patch_count, shares, progress);
+    FormFactors raw = collect_rows(visibility, grid.gather_patch_count, options.errors, shares, progress);
     const SparseRows transposed = transpose(raw);
     raw.quality = measure(raw, transposed, shares, area_m2);
-    if (options.repair == FormFactorRepair::none) return raw;
+    if (options.repair == FormFactorRepair::none) {
+        raw.lost = std::move(shares.lost);
+        raw.truncated = std::move(shares.truncated);
+        return raw;
+    }
 
     FormFactors repaired = options.repair == FormFactorRepair::renormalise
                                ? renormalised(raw, shares)
                                : reciprocal(raw, transposed, shares, area_m2, progress);
     repaired.quality.repair_change = change(raw, repaired, area_m2);
+    // An exchange that one side alone has found has no estimate on the other.
+    if (raw.error.empty() || repaired.column != raw.column)
+        repaired.error.clear();
+    else
+        repaired.error = std::move(raw.error);
+    repaired.lost = std::move(shares.lost);
+    repaired.truncated = std::move(shares.truncated);
     return repaired;
 }
 

@@ -16,6 +16,7 @@ struct FormFactorQuality {
     double worst_truncated = 0.0;
     double reciprocity_gap = 0.0;    ///< sum |A_i F_ij - A_j F_ji| / sum (A_i F_ij + A_j F_ji)
     double worst_flux_error = 0.0;   ///< largest |sum_i A_i F_ij / A_j - sum_j' F_jj'| over patches j: light made or lost
+    double worst_excess = 0.0;       ///< largest amount by which a row with what it lost and truncated exceeds 1
     double repair_change = 0.0;      ///< sum |F' - F| A / sum F A: what the repair moved
 };
 
@@ -24,6 +25,9 @@ struct FormFactors {
     std::vector<std::uint64_t> row_begin{};  ///< [gather_patch_count + 1]
     std::vector<std::uint32_t> column{};     ///< [entries], increasing in a row
     std::vector<double> value{};             ///< [entries], F_ij
+    std::vector<float> error{};              ///< [entries] estimates before any repair; empty unless asked for and known
+    std::vector<double> lost{};              ///< [row], as FormFactorRow::lost
+    std::vector<double> truncated{};         ///< [row]
     FormFactorQuality quality{};
 
     std::size_t row_count() const { return row_begin.empty() ? 0 : row_begin.size() - 1; }
@@ -37,6 +41,7 @@ enum class FormFactorRepair {
 
 struct FormFactorOptions {
     FormFactorRepair repair = FormFactorRepair::reciprocal;
+    bool errors = false;  ///< keep the estimated error of every value; repaired values may have none
 };
 
 /// Rows of some patches of every face: what all rows will be like.

@@ -53,7 +53,7 @@ struct OutdoorIlluminance {
     LightBySource reflected_lx{};  ///< by ground and buildings
     LightBySource ground_lx{};     ///< by the ground alone
 };
-/// tolerance: relative error of what sky and reflections give together, for 99 points of 100.
+/// tolerance: relative error aimed at of what sky and reflections give together.
 OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
                                        const Visibility& visibility, const GatherPoint& point, double tolerance = 1e-3);
 

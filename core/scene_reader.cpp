@@ -209,9 +209,8 @@ void read_geometry(const SceneObject& root, const MaterialNames& names, Scene& s
         scene.apertures.push_back(read_aperture(value, names, ids));
 }
 
-GridOptions read_grid(const JsonValue& value) {
+GridOptions read_grid(const JsonValue& value, GridOptions grid) {
     const SceneObject object(value, scene_keys::grid);
-    GridOptions grid;
     grid.spacing_m = read_number(object, "spacing_m", spacing_range, grid.spacing_m);
     grid.outdoor_spacing_m = read_number(object, "outdoor_spacing_m", spacing_range, grid.outdoor_spacing_m);
     if (const auto zones = object.find("zones")) grid.zones = read_boolean(*zones);
@@ -225,9 +224,8 @@ GridOptions read_grid(const JsonValue& value) {
     return grid;
 }
 
-DirectOptions read_direct(const JsonValue& value) {
+DirectOptions read_direct(const JsonValue& value, DirectOptions direct) {
     const SceneObject object(value, scene_keys::direct);
-    DirectOptions direct;
     if (const auto method = object.find("method")) {
         direct.method = read_word<DirectMethod>(
             *method, {{"article", DirectMethod::article}, {"adaptive", DirectMethod::adaptive}});
@@ -353,7 +351,7 @@ void check_version(const JsonValue& value) {
     }
 }
 
-Scene read_document(const JsonDocument& document, SideFiles& files) {
+Scene read_document(const JsonDocument& document, SideFiles& files, const SceneDefaults& defaults) {
     const SceneObject root(document.root(), scene_keys::scene);
     check_version(root.at("naturel"));
 
@@ -367,8 +365,9 @@ Scene read_document(const JsonDocument& document, SideFiles& files) {
     const Primaries primaries(scene.primaries);
     if (const auto ground = root.find("ground")) scene.ground = read_ground(*ground, primaries);
     if (const auto outdoors = root.find("outdoors")) scene.outdoors = read_outdoors(*outdoors);
-    if (const auto grid = root.find("grid")) scene.grid = read_grid(*grid);
-    if (const auto direct = root.find("direct")) scene.direct = read_direct(*direct);
+    const auto grid = root.find("grid"), direct = root.find("direct");
+    scene.grid = grid ? read_grid(*grid, defaults.grid) : defaults.grid;
+    scene.direct = direct ? read_direct(*direct, defaults.direct) : defaults.direct;
     const MaterialNames names = read_materials(root.at("materials"), files, scene);
     read_geometry(root, names, scene);
     const SkyAndSun light = read_sky_and_sun(root, primaries, files);
@@ -412,16 +411,16 @@ std::string read_file(const std::filesystem::path& file) {
 
 }  // namespace
 
-Scene read_scene_text(std::string_view text, const std::string& file_name) {
+Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
     const JsonDocument document(std::string(text), file_name);
     SideFiles files(std::filesystem::path(file_name).parent_path());
-    Scene scene = read_document(document, files);
+    Scene scene = read_document(document, files, defaults);
     scene.source_sha256 = files.sha256_with(text);
     return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file) {
-    return read_scene_text(read_file(file), file.string());
+Scene read_scene(const std::filesystem::path& file, const SceneDefaults& defaults) {
+    return read_scene_text(read_file(file), file.string(), defaults);
 }
 
 }  // namespace naturel

@@ -10,6 +10,7 @@
 #include <set>
 #include <span>
 
+#include "core/convex_ring.h"
 #include "core/parallel.h"
 #include "core/plane_bounds.h"
 
@@ -148,10 +149,10 @@ Region tidied(Region region, double smallest_m2) {
 
 struct Shadow {
     enum class Cover { none, part, all } cover = Cover::none;  // of the place that was asked for
-    Ring outline{};  // convex; where cover is `part`
+    const Ring* outline = nullptr;                             // convex; where cover is `part`
 };
 
-Shadow cover(Ring convex, const PlaneBounds& place) {
+Shadow cover(const Ring& convex, const PlaneBounds& place) {
     if (convex.empty()) return {};
     const std::array<PlanePoint, 4> corners{PlanePoint{place.left, place.bottom}, {place.right, place.bottom},
                                             {place.right, place.top}, {place.left, place.top}};
@@ -167,7 +168,15 @@ Shadow cover(Ring convex, const PlaneBounds& place) {
         }
         if (all_outside) return {};
     }
-    return all ? Shadow{Shadow::Cover::all} : Shadow{Shadow::Cover::part, std::move(convex)};
+    return all ? Shadow{Shadow::Cover::all} : Shadow{Shadow::Cover::part, &convex};
+}
+
+// What convex rings cover of a region.
+Region common(const Region& region, const Region& rings) {
+    if (rings.empty() || region.empty()) return {};
+    if (rings.size() > 1 || region.size() > 1 || !is_convex(region[0])) return intersect(region, rings);
+    Ring ring = intersect_convex(region[0], rings[0]);
+    return ring.empty() ? Region{} : Region{std::move(ring)};
 }
 
 // What occluders hide from the plane of one face.
@@ -185,14 +194,8 @@ public:
                 face_.plane.to_world({bounds.right, bounds.top}), face_.plane.to_world({bounds.left, bounds.top})};
     }
 
-    // The part of the face inside half-spaces.
-    Region inside(std::span<const HalfSpace> half_spaces) const {
-        const Ring ring = square_inside(half_spaces);
-        return ring.empty() ? Region{} : intersect(face_.region, {ring});
-    }
-
-    // What an occluder hides from a viewpoint within `where`, a rectangle in the plane of the face.
-    Shadow shadow(const Occluder& occluder, const dvec3& viewpoint_m, const PlaneBounds& where) const {
+    // What an occluder hides of the plane of the face from a viewpoint, convex: corners of its outline, and others.
+    Ring shadow(const Occluder& occluder, const dvec3& viewpoint_m) const {
         const std::vector<ConvexSolid::Side>& sides = occluder.solid.sides;
         const auto height_over = [&](const ConvexSolid::Side& side) { return height(side.plane, viewpoint_m); };
         if (sides.size() == 1) {
@@ -202,16 +205,24 @@ public:
             std::vector<HalfSpace> touched;
             for (const ConvexSolid::Side& side : sides)
                 if (height_over(side) >= -thinnest_m) touched.push_back(side.plane);
-            return cover(square_inside(touched), where);
+            return inside(touched);
         }
         const double top = height_of(viewpoint_m), highest = (1.0 - below_viewpoint) * top;
         // The corners of the part of the occluder with heights in [0, highest].
         std::vector<double> heights_m;
+        heights_m.reserve(occluder.corners_m.size());
         Ring corners;
+        corners.reserve(2 * occluder.corners_m.size());
+        bool cut = false;
         for (const dvec3& p : occluder.corners_m) {
             heights_m.push_back(height_of(p));
-            if (heights_m.back() >= 0.0 && heights_m.back() <= highest) corners.push_back(project(viewpoint_m, top, p, heights_m.back()));
+            if (heights_m.back() >= 0.0 && heights_m.back() <= highest) {
+                corners.push_back(project(viewpoint_m, top, p, heights_m.back()));
+            } else {
+                cut = true;
+            }
         }
+        if (!cut) return corners;
         for (const auto& [a, b] : occluder.edges) {
             for (const double limit : {0.0, highest}) {
                 const double h_a = heights_m[a] - limit, h_b = heights_m[b] - limit;
@@ -220,16 +231,11 @@ public:
                 corners.push_back(project(viewpoint_m, top, from + h_a / (h_a - h_b) * (occluder.corners_m[b] - from), limit));
             }
         }
-        return PlaneBounds(corners).touches(where) ? cover(convex_hull(std::move(corners)), where) : Shadow{};
+        return corners;
     }
 
-private:
-    PlanePoint project(const dvec3& viewpoint_m, double top, const dvec3& p, double h) const {
-        return face_.plane.to_plane(viewpoint_m + top / (top - h) * (p - viewpoint_m));
-    }
-
-    // A square around the face, cut by the planes.
-    Ring square_inside(std::span<const HalfSpace> half_spaces) const {
+    // The part of a square around the face inside half-spaces; convex.
+    Ring inside(std::span<const HalfSpace> half_spaces) const {
         const dvec3 middle = 0.5 * (low_m_ + high_m_);
         const double reach_m = glm::distance(low_m_, high_m_);
         const dvec3 x = reach_m * face_.plane.x, y = reach_m * face_.plane.y;
@@ -241,82 +247,211 @@ private:
         return convex_hull(std::move(ring));
     }
 
+private:
+    PlanePoint project(const dvec3& viewpoint_m, double top, const dvec3& p, double h) const {
+        return face_.plane.to_plane(viewpoint_m + top / (top - h) * (p - viewpoint_m));
+    }
+
     const Face& face_;
     dvec3 low_m_{infinity}, high_m_{-infinity};
 };
 
-// The part of a face from which a window is hidden.
+// A window, or the part of it that is over the plane of a face.
+struct FacedWindow {
+    std::vector<dvec3> vertices_m;
+    dvec3 normal;  // into the room
+    dvec3 middle_m;
+    Ring behind;   // from where only its back could be seen; convex
+};
+
+dvec3 middle_of(const std::vector<dvec3>& polygon) {
+    dvec3 middle{};
+    for (const dvec3& corner : polygon) middle += corner / static_cast<double>(polygon.size());
+    return middle;
+}
+
+// The parts of a square of a face from which a window is hidden.
 class HiddenPart {
 public:
-    HiddenPart(const FaceView& view, const dvec3& window_normal, const UmbraOptions& options)
-        : view_(view), window_normal_(window_normal), options_(options) {}
+    HiddenPart(const FaceView& view, const FacedWindow& window, const std::vector<const Occluder*>& all_occluders,
+               const PlaneBounds& square, const UmbraOptions& options)
+        : view_(view), window_(window), options_(options) {
+        const Shaft shaft(view_.rectangle(square), window_.vertices_m, view_.normal(), window_.normal);
+        for (const Occluder* occluder : all_occluders)
+            if (shaft.holds_part_of(*occluder)) occluders_.push_back(occluder);
+        for (std::size_t k = 0; k < occluders_.size(); ++k) all_.push_back(k);
+    }
 
-    // Within `rest` of the face.
-    Region of(const std::vector<dvec3>& window_m, const std::vector<const Occluder*>& all_occluders, const Region& rest,
-              int halvings_left) const {
+    // Where the middle of the window is hidden; the window itself is hidden nowhere else.
+    Region shaded(const Region& rest) {
+        const PlaneBounds where(rest);
+        Region shadows;
+        switch (const Shadow behind = cover(window_.behind, where); behind.cover) {
+            case Shadow::Cover::all: return rest;
+            case Shadow::Cover::part: shadows.push_back(*behind.outline); break;
+            case Shadow::Cover::none: break;
+        }
+        return shaded(all_, number_of(window_.middle_m), rest, where, std::move(shadows));
+    }
+
+    // Where all of the window is hidden.
+    Region of(const Region& rest) {
+        switch (cover(window_.behind, PlaneBounds(rest)).cover) {
+            case Shadow::Cover::all: return rest;
+            case Shadow::Cover::none: return of(window_.vertices_m, all_, rest, options_.halvings);
+            case Shadow::Cover::part: break;
+        }
+        Region hidden = common(rest, {window_.behind});
+        const Region more = of(window_.vertices_m, all_, subtract(rest, {window_.behind}), options_.halvings);
+        hidden.insert(hidden.end(), more.begin(), more.end());
+        return unite(hidden, {});
+    }
+
+private:
+    using Numbers = std::vector<std::size_t>;  // positions in occluders_
+
+    // Within `rest`, of a part of the window.
+    Region of(const std::vector<dvec3>& window_m, const Numbers& candidates, const Region& rest, int halvings_left) {
         if (rest.empty() || window_m.size() < 3) return {};
         const PlaneBounds where(rest);
-        const Shaft shaft(view_.rectangle(where), window_m, view_.normal(), window_normal_);
-        std::vector<const Occluder*> occluders;
-        for (const Occluder* occluder : all_occluders)
-            if (shaft.holds_part_of(*occluder)) occluders.push_back(occluder);
-
-        Region hidden;
-        for (const Occluder* occluder : occluders) {
-            const std::optional<Region> zone = umbra(*occluder, window_m, where);
+        Numbers corners;
+        for (const dvec3& corner : window_m) corners.push_back(number_of(corner));
+        Numbers occluders;  // that hide something of the window somewhere
+        Region zones;
+        for (const std::size_t occluder : candidates) {
+            bool hides_some = false;
+            const std::optional<Ring> zone = umbra(occluder, corners, where, hides_some);
             if (!zone) return rest;
-            hidden.insert(hidden.end(), zone->begin(), zone->end());
+            if (!zone->empty()) zones.push_back(*zone);
+            if (hides_some) occluders.push_back(occluder);
         }
-        if (!hidden.empty()) hidden = intersect(rest, hidden);
+        Region hidden = common(rest, zones);
         if (halvings_left == 0 || occluders.size() < 2) return hidden;
         // Where no point of the window can be seen of those that are easily tried. This only says where to look: it may be
         // too large, and what it leaves out is not found.
-        dvec3 middle{};
-        for (const dvec3& corner : window_m) middle += corner / static_cast<double>(window_m.size());
-        Region doubtful = shaded(occluders, middle, rest);
-        for (const dvec3& corner : window_m) doubtful = shaded(occluders, corner, doubtful);
-        doubtful = without_crumbs(subtract(doubtful, hidden), options_.smallest_m2);
+        Region doubtful = hidden.empty() ? rest : subtract(rest, hidden);
+        corners.push_back(number_of(middle_of(window_m)));
+        for (const std::size_t point : corners) {
+            if (area_m2(doubtful) < options_.smallest_m2) return hidden;
+            doubtful = shaded(candidates, point, doubtful, PlaneBounds(doubtful), {});
+        }
+        doubtful = without_crumbs(std::move(doubtful), options_.smallest_m2);
         for (const std::vector<dvec3>& half : halves(window_m)) {
             if (doubtful.empty()) return hidden;
-            doubtful = tidied(of(half, occluders, doubtful, halvings_left - 1), options_.smallest_m2);
+            doubtful = tidied(of(half, candidates, doubtful, halvings_left - 1), options_.smallest_m2);
         }
         return unite(hidden, doubtful);
     }
 
-private:
-    // Where one occluder hides all of the window, in `where` and beside it; nothing if that is all of `where`.
-    std::optional<Region> umbra(const Occluder& occluder, const std::vector<dvec3>& window_m, PlaneBounds where) const {
-        Region outlines;
-        for (const dvec3& corner : window_m) {
-            Shadow shadow = view_.shadow(occluder, corner, where);
-            if (shadow.cover == Shadow::Cover::none) return Region{};
-            if (shadow.cover == Shadow::Cover::all) continue;
-            where.cut(PlaneBounds(shadow.outline));
-            outlines.push_back(std::move(shadow.outline));
+    // Where one occluder hides all corners, in `where` and beside it; nothing if that is all of `where`.
+    std::optional<Ring> umbra(std::size_t occluder, const Numbers& corners, PlaneBounds where, bool& hides_some) {
+        std::vector<const Ring*> outlines;
+        bool none = false;
+        const PlaneBounds whole = where;
+        for (const std::size_t corner : corners) {
+            // Once it is known to hide not all, it only matters whether it hides any.
+            const Shadow shadow = shadow_of(occluder, corner, none ? whole : where);
+            hides_some = hides_some || shadow.cover != Shadow::Cover::none;
+            if (none && hides_some) return Ring{};
+            if (shadow.cover == Shadow::Cover::none) none = true;
+            if (shadow.cover != Shadow::Cover::part || none) continue;
+            where.cut(PlaneBounds(*shadow.outline));
+            outlines.push_back(shadow.outline);
         }
+        if (none) return Ring{};
         if (outlines.empty()) return std::nullopt;
-        Region zone{outlines[0]};
-        for (std::size_t k = 1; k < outlines.size() && !zone.empty(); ++k) zone = intersect(zone, {outlines[k]});
+        Ring zone = *outlines[0];
+        for (std::size_t k = 1; k < outlines.size() && !zone.empty(); ++k) zone = intersect_convex(zone, *outlines[k]);
         return zone;
     }
 
-    // Where some occluder hides a point.
-    Region shaded(const std::vector<const Occluder*>& occluders, const dvec3& point_m, const Region& rest) const {
-        if (area_m2(rest) < options_.smallest_m2) return {};
-        const PlaneBounds where(rest);
-        Region shadows;
-        for (const Occluder* occluder : occluders) {
-            Shadow shadow = view_.shadow(*occluder, point_m, where);
+    // Where some occluder hides a point, or something else that is given does.
+    Region shaded(const Numbers& candidates, std::size_t point, const Region& rest, const PlaneBounds& where, Region shadows) {
+        for (const std::size_t occluder : candidates) {
+            const Shadow shadow = shadow_of(occluder, point, where);
             if (shadow.cover == Shadow::Cover::all) return rest;
-            if (shadow.cover == Shadow::Cover::part) shadows.push_back(std::move(shadow.outline));
+            if (shadow.cover == Shadow::Cover::part) shadows.push_back(*shadow.outline);
         }
-        return shadows.empty() ? Region{} : intersect(rest, shadows);
+        return common(rest, shadows);
     }
 
+    // Points of the window are met again and again: halves share corners with the whole and with each other.
+    std::size_t number_of(const dvec3& point_m) {
+        const auto found = std::find(points_m_.begin(), points_m_.end(), point_m);
+        if (found != points_m_.end()) return static_cast<std::size_t>(found - points_m_.begin());
+        points_m_.push_back(point_m);
+        outlines_.emplace_back(occluders_.size());
+        return points_m_.size() - 1;
+    }
+
+    Shadow shadow_of(std::size_t occluder, std::size_t point, const PlaneBounds& where) {
+        Outline& outline = outlines_[point][occluder];
+        if (!outline.known) {
+            outline.known = true;
+            outline.ring = view_.shadow(*occluders_[occluder], points_m_[point]);
+            outline.bounds = PlaneBounds(outline.ring);
+        }
+        if (!outline.bounds.touches(where)) return {};
+        if (!outline.convex) {
+            outline.convex = true;
+            outline.ring = convex_hull(std::move(outline.ring));
+        }
+        return cover(outline.ring, where);
+    }
+
+    struct Outline {
+        bool known = false, convex = false;
+        Ring ring{};
+        PlaneBounds bounds{};
+    };
+
     const FaceView& view_;
-    dvec3 window_normal_;
+    const FacedWindow& window_;
     const UmbraOptions& options_;
+    std::vector<const Occluder*> occluders_;
+    Numbers all_;
+    std::vector<dvec3> points_m_;                 // of the window
+    std::vector<std::vector<Outline>> outlines_;  // [point][occluder]
 };
+
+// The islands of a region.
+std::vector<Region> islands(const Region& region) {
+    if (std::any_of(region.begin(), region.end(), [](const Ring& ring) { return area_m2(ring) < 0.0; })) return connected_parts(region);
+    std::vector<Region> rings;
+    for (const Ring& ring : region) rings.push_back({ring});
+    return rings;
+}
+
+// The parts of a square of a face that see none of the windows.
+Region umbra_in(const Region& square, const FaceView& view, const std::vector<FacedWindow>& windows,
+                const std::vector<const Occluder*>& occluders, const UmbraOptions& options) {
+    // Near windows first: they are the likeliest to be seen. From most places one is, and the search ends there.
+    const PlaneBounds bounds(square);
+    const std::vector<dvec3> rectangle = view.rectangle(bounds);
+    const dvec3 middle_m = middle_of(rectangle);
+    std::vector<const FacedWindow*> by_distance;
+    for (const FacedWindow& window : windows) by_distance.push_back(&window);
+    std::stable_sort(by_distance.begin(), by_distance.end(), [&](const FacedWindow* a, const FacedWindow* b) {
+        return glm::distance(a->middle_m, middle_m) < glm::distance(b->middle_m, middle_m);
+    });
+    Region rest = square;
+    std::vector<HiddenPart> finders;
+    finders.reserve(by_distance.size());
+    for (const FacedWindow* window : by_distance) {
+        finders.emplace_back(view, *window, occluders, bounds, options);
+        rest = finders.back().shaded(rest);
+        if (rest.empty()) return {};
+    }
+    Region umbra;
+    for (Region& island : islands(rest)) {
+        for (HiddenPart& finder : finders) {
+            if (island.empty()) break;
+            island = finder.of(island);
+        }
+        umbra.insert(umbra.end(), island.begin(), island.end());
+    }
+    return umbra;
+}
 
 // A region in squares of some metres: the occluders near a square are few, and Clipper's cost grows faster than in
 // proportion to what it is given at once.
@@ -389,26 +524,27 @@ Region UmbraFinder::on_face(FaceId id) const {
     const FaceView view(face);
     const auto height_of = [&](const dvec3& p) { return view.height_of(p); };
 
-    std::vector<const Occluder*> occluders;
-    for (const Occluder& occluder : occluders_) occluders.push_back(&occluder);
-    Region umbra = face.region;  // of the windows so far
+    std::vector<FacedWindow> windows;
     for (const Window& window : windows_) {
-        if (umbra.empty()) break;
         // What is lower than a micrometre over the plane of the face lies in it, and lights nothing on the face.
-        const std::vector<dvec3> visible = slab(window.vertices_m, height_of, thinnest_m, infinity);
+        std::vector<dvec3> visible = slab(window.vertices_m, height_of, thinnest_m, infinity);
         if (visible.size() < 3) continue;  // the face looks away from it
-
         const HalfSpace behind{window.normal, glm::dot(window.normal, window.vertices_m[0])};
-        Region hidden = view.inside({&behind, 1});
-        const Region in_front = subtract(umbra, hidden);
-        const HiddenPart finder(view, window.normal, options_);
-        const std::vector<Region> parts = tiles(in_front);
-        std::vector<Region> found(parts.size());
-        parallel_for(parts.size(), 1, [&](std::size_t k) {
-            found[k] = finder.of(visible, occluders, parts[k], options_.halvings);
-        });
-        for (const Region& more : found) hidden.insert(hidden.end(), more.begin(), more.end());
-        umbra = intersect(umbra, hidden);
+        const dvec3 middle_m = middle_of(visible);
+        windows.push_back({std::move(visible), window.normal, middle_m, view.inside({&behind, 1})});
+    }
+    Region umbra = face.region;
+    if (!windows.empty()) {
+        std::vector<const Occluder*> occluders;
+        for (const Occluder& occluder : occluders_)
+            if (std::any_of(occluder.corners_m.begin(), occluder.corners_m.end(), [&](const dvec3& p) { return height_of(p) > thinnest_m; }))
+                occluders.push_back(&occluder);
+        const std::vector<Region> squares = tiles(face.region);
+        std::vector<Region> found(squares.size());
+        parallel_for(squares.size(), 1, [&](std::size_t k) { found[k] = umbra_in(squares[k], view, windows, occluders, options_); });
+        umbra.clear();
+        for (const Region& part : found) umbra.insert(umbra.end(), part.begin(), part.end());
+        umbra = unite(umbra, {});
     }
     return tidied(std::move(umbra), smallest_zone_m2);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/ids.h"
+#include "core/progress.h"
 #include "core/scene.h"
 
 namespace naturel {
@@ -22,14 +23,28 @@ struct GatherPoint {
 struct FormFactorRow {
     std::vector<PatchId> patches{};  ///< increasing
     std::vector<double> values{};    ///< F > 0, same order
+    /// Estimated error of each value, same order: one standard error of a sampled value, a bound that holds for 99 % of computed
+    /// ones. Empty where the method gives none.
+    std::vector<float> errors{};
     double lost = 0.0;             ///< share that met nothing (a leak, a crack, the back of a one-sided polygon)
     double truncated = 0.0;        ///< share the method does not look at (outside a single plane's square)
 
     void clear() {
         patches.clear();
         values.clear();
+        errors.clear();
         lost = truncated = 0.0;
     }
+};
+
+/// Rows [0, n) in compressed form.
+struct FormFactorRows {
+    std::vector<std::uint64_t> row_begin{};  ///< [n + 1]
+    std::vector<std::uint32_t> column{};     ///< [entries], patches, increasing in a row
+    std::vector<double> value{};             ///< [entries]
+    std::vector<float> error{};              ///< [entries] or empty, as FormFactorRow::errors
+    std::vector<double> lost{};              ///< [n]
+    std::vector<double> truncated{};         ///< [n]
 };
 
 /// Answers "what does this point see?" for one fixed building and patch grid. The one thing that differs between
@@ -56,6 +71,11 @@ public:
     /// Sparse: memory and time follow what is seen, not the number of patches. Source: docs/method.md, "Form factors".
     virtual void form_factor_row(PatchId from, FormFactorRow& row) const = 0;
 
+    /// form_factor_row() of the patches [0, count), in parallel. A method that computes each pair of patches once may answer
+    /// for all rows together; its values are those of form_factor_row(), to the last bit.
+    /// with_errors: keep the estimated errors, too. Throws Interrupted.
+    virtual FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const;
+
     /// The same from a point: row.values[k] x exitance = illuminance at the point.
     virtual void gather_row(const GatherPoint& from, FormFactorRow& row) const = 0;
 
@@ -65,6 +85,11 @@ public:
     /// directions: [n], unit length, in the half-space of from.normal; seen: [n], same order.
     virtual void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                             std::span<FacetId> seen) const = 0;
+
+    /// Whether anything opaque stands in a direction: first_seen() where a yes or no is enough.
+    /// directions: as for first_seen(); blocked: [n], 1 or 0.
+    virtual void occluded(const GatherPoint& from, std::span<const glm::dvec3> directions,
+                          std::span<std::uint8_t> blocked) const;
 
     /// What a picture shows: the first opaque facet through the centre of each pixel, apertures being transparent.
     /// seen: [width x height], rows from the top, in each row from the left. Pixel centres: core/view.h.

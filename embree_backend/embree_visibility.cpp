@@ -1,5 +1,7 @@
 #include "embree_backend/embree_visibility.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -11,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/view.h"
 #include "embree_backend/embree_api.h"
+#include "embree_backend/pairwise.h"
 #include "embree_backend/sampling.h"
 
 namespace naturel {
@@ -46,18 +49,28 @@ public:
         place(building);
         find_twins(building);
         build_scenes(building);
+        if (options.form_factors == FormFactorMethod::pairwise) {
+            pairwise_ = std::make_unique<PairwiseExchange>(building, grid, PairwiseOptions{options.pair_tolerance});
+            pair_tolerance_ = options.pair_tolerance;
+        }
     }
 
     std::string_view name() const noexcept override { return "embree"; }
 
     std::vector<std::pair<std::string, std::string>> settings() const override {
-        return {{"rays_per_patch", std::to_string(patch_tiles_.rays())},
+        if (pairwise_)
+            return {{"form_factors", "pairwise"},
+                    {"pair_tolerance", fmt::format("{:g}", pair_tolerance_)},
+                    {"embree", RTC_VERSION_STRING}};
+        return {{"form_factors", "hemisphere"},
+                {"rays_per_patch", std::to_string(patch_tiles_.rays())},
                 {"rays_per_point", std::to_string(point_tiles_.rays())},
                 {"seed", std::to_string(seed_)},
                 {"embree", RTC_VERSION_STRING}};
     }
 
     void form_factor_row(PatchId from, FormFactorRow& row) const override {
+        if (pairwise_) return pairwise_->row(from, row);
         const Patch& patch = grid_.patches[index(from)];
         const glm::dvec3 shift = lift_m_ * patch.normal - centre_m_;
         const PolygonSampler sampler(grid_.polygon_of(from), patch.centroid_m, lift_m_, shift);
@@ -76,7 +89,13 @@ public:
                 row);
     }
 
+    FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const override {
+        if (pairwise_ && count == grid_.gather_patch_count) return pairwise_->rows(with_errors, progress);
+        return Visibility::form_factor_rows(count, with_errors, progress);
+    }
+
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override {
+        if (pairwise_) return pairwise_->row(from, row);
         const double lift_m = lift_at(from.position_m);
         const glm::vec3 lifted(from.position_m - centre_m_ + lift_m * from.normal);
         std::uint64_t random = mix(seed_);
@@ -402,6 +421,8 @@ private:
     embree_api::Device device_;
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`
+    std::unique_ptr<const PairwiseExchange> pairwise_;  ///< null: hemispheres of rays
+    double pair_tolerance_ = 0.0;
     mutable ThreadScratch<RowScratch> scratch_;
 };
 

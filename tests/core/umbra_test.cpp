@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/catch.h"
+#include "tests/hall.h"
 #include "tests/random_scenes.h"
 #include "tests/reference/light_paths.h"
 #include "tests/reference/test_buildings.h"
@@ -244,4 +245,100 @@ TEST_CASE("no point in an umbra zone sees an aperture, many points", "[core][umb
         INFO("seed " << seed);
         CHECK(compare_with_rays(random_building(seed), 300, 10000, seed).wrong == 0);
     }
+}
+
+namespace {
+
+// A room of 6 x 6 x 3 m with a window of 2 x 1 m in its south wall, and boxes on its floor.
+Scene room_with(const std::vector<std::pair<dvec3, dvec3>>& boxes, double sill_m = 1.0) {
+    Scene scene = polygon_room({6, 6, 3});
+    scene.apertures = {{.id = "window", .vertices_m = {{2, 0, sill_m}, {2, 0, sill_m + 1}, {4, 0, sill_m + 1}, {4, 0, sill_m}}}};
+    for (const auto& [low_m, high_m] : boxes)
+        scene.polyhedra.push_back(box("box " + std::to_string(scene.polyhedra.size()), Effect::fill, low_m, high_m));
+    return scene;
+}
+
+// The floor in 61 x 61 points that each look at 101 x 21 points of the window, corners included.
+Sampled floor_against_rays(const Scene& scene, const UmbraOptions& options) {
+    const Building building = assemble(scene);
+    const std::vector<Region> zones = umbra_of(scene, building, options);
+    const Face& floor = face_named(building, "floor");
+    const Region& zone = zones[static_cast<std::size_t>(&floor - building.faces.data())];
+    const std::vector<dvec3>& window = scene.apertures[0].vertices_m;
+    std::vector<AperturePoint> targets;
+    // A millionth of the window inside of its outline: the outline itself counts as wall.
+    for (int i = 0; i <= 100; ++i)
+        for (int j = 0; j <= 20; ++j)
+            targets.push_back({&building.apertures[0], window[0] + std::clamp(i / 100.0, 1e-6, 1.0 - 1e-6) * (window[3] - window[0]) +
+                                                           std::clamp(j / 20.0, 1e-6, 1.0 - 1e-6) * (window[1] - window[0])});
+    std::mt19937_64 random(1);
+    for (std::size_t k = targets.size() - 1; k > 0; --k) std::swap(targets[k], targets[random() % (k + 1)]);
+    Sampled result;
+    for (int i = 0; i <= 60; ++i) {
+        for (int j = 0; j <= 60; ++j) {
+            const dvec3 point_m(0.05 + 5.9 * i / 60.0, 0.05 + 5.9 * j / 60.0, 0.0);
+            const PlanePoint p = floor.plane.to_plane(point_m);
+            if (!contains(floor.region, p)) continue;
+            const bool in_zone = contains(zone, p), lit = sees_any(building, floor, point_m, targets);
+            ++result.points;
+            result.in_zone += in_zone ? 1 : 0;
+            result.dark += lit ? 0 : 1;
+            result.wrong += in_zone && lit ? 1 : 0;
+            result.missed += !in_zone && !lit ? 1 : 0;
+        }
+    }
+    return result;
+}
+
+struct Furniture {
+    const char* name;
+    Scene scene;
+    std::array<double, 5> missed;  ///< at most, share of the umbra, by the number of halvings
+};
+
+// Measured, points in 231 of the umbra behind the L whose legs share the window: 140, 131, 131, 48, 0. Nothing behind the others.
+std::vector<Furniture> furniture() {
+    return {{"an L whose front hides the window", room_with({{{1, 1.5, 0}, {5, 1.8, 2.4}}, {{1, 1.8, 0}, {1.4, 4, 2.4}}}), {}},
+            {"an L whose legs hide a part of the window each", room_with({{{2.2, 1.5, 0}, {3, 1.7, 2.4}}, {{3, 1.5, 0}, {3.2, 3.5, 2.4}}}), {0.61, 0.57, 0.57, 0.21, 0}},
+            {"a step", room_with({{{2, 1.5, 0}, {2.7, 2, 2.2}}, {{2.7, 1.5, 0}, {4, 2, 1.6}}}), {}},
+            {"a table with four legs", room_with({{{2, 0.3, 0.7}, {4, 1.3, 0.75}},
+                                                  {{2, 0.3, 0}, {2.1, 0.4, 0.7}},
+                                                  {{3.9, 0.3, 0}, {4, 0.4, 0.7}},
+                                                  {{2, 1.2, 0}, {2.1, 1.3, 0.7}},
+                                                  {{3.9, 1.2, 0}, {4, 1.3, 0.7}}}, 0.9), {}}};
+}
+
+}  // namespace
+
+TEST_CASE("behind an L, a step and a table zones are safe and miss little of the umbra", "[core][umbra][property][slow]") {
+    for (const Furniture& thing : furniture()) {
+        for (int halvings = 0; halvings <= 4; ++halvings) {
+            const Sampled s = floor_against_rays(thing.scene, {.halvings = halvings});
+            INFO(thing.name << ", " << halvings << " halvings: " << s.dark << " of " << s.points << " points dark, " << s.missed << " missed");
+            CHECK(s.wrong == 0);
+            CHECK(s.dark > 100);
+            CHECK(s.missed <= thing.missed[static_cast<std::size_t>(halvings)] * s.dark);
+        }
+    }
+}
+
+TEST_CASE("outlines of umbra zones have not many more corners than what throws and catches the shadows", "[core][umbra]") {
+    const Scene scene = hall_with_boxes(200);
+    const Building building = assemble(scene);
+    std::size_t given = 0, found = 0, thin = 0;
+    for (const Face& face : building.faces)
+        for (const Ring& ring : face.region) given += ring.size();
+    for (const Region& zone : umbra_of(scene, building)) {
+        for (const Ring& ring : zone) {
+            found += ring.size();
+            for (std::size_t k = 0; k < ring.size(); ++k) {
+                const PlanePoint &a = ring[k], &b = ring[(k + 1) % ring.size()];
+                thin += std::hypot(static_cast<double>(b.X - a.X), static_cast<double>(b.Y - a.Y)) < 10.0 ? 1 : 0;
+            }
+        }
+    }
+    INFO(given << " corners of faces, " << found << " of zones, " << thin << " edges of zones shorter than 10 nm");
+    CHECK(found > given / 10);
+    CHECK(found < given);
+    CHECK(thin == 0);
 }

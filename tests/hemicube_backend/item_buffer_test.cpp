@@ -154,7 +154,7 @@ TEST_CASE("in scenes of up to 200 polyhedra every cell shows the facet that a ra
 TEST_CASE("what is hidden, and the order of drawing, change no cell", "[hemicube][item buffer][property]") {
     const unsigned seed = GENERATE(range(1u, 5u));
     const Building building = random_facets(seed, 400);
-    // The same facets one by one, each in a set of its own: nothing is culled, and the nearest is found by comparison.
+    // Drawn front to back with hidden parts left out, twice: in two different orders.
     const FacetSet facets(building);
     const ProjectionCells cells = hemicube_top_cells(64);
     for (const bool parallel : {false, true}) {

@@ -1,0 +1,110 @@
+#include "cli/forecast.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/choices.h"
+#include "cli/physical_memory.h"
+#include "core/daylight.h"
+
+namespace naturel {
+namespace {
+
+/// Rays or cells that tell a row of form factors, or a point, what it sees.
+struct SamplesPerRow {
+    double patch = 0.0, point = 0.0;
+    std::string_view unit;
+};
+
+SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options) {
+    const auto in_rays = [](int rays) { return 256.0 * std::ceil(rays / 256.0); };
+    if (backend == "embree")
+        return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays"};
+    // The top of a hemi-cube and four half sides; or one square with a rim that is looked at apart.
+    const double side = options.hemicube.resolution;
+    const double cells = (options.hemicube.surface == ProjectionSurface::hemicube ? 3.0 : 1.0) * side * side;
+    return {cells, cells, "cells"};
+}
+
+std::string in_megabytes(double bytes) {
+    return bytes < 1e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6))
+                       : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+std::string in_millions(double number) {
+    return number < 1e9 ? fmt::format("{:.3g} million", number / 1e6)
+                        : fmt::format("{:.3g} billion", number / 1e9);
+}
+
+}  // namespace
+
+double Forecast::peak_bytes() const {
+    return light_bytes + std::max(form_factor_bytes, std::max(table_bytes, picture_bytes));
+}
+
+Forecast forecast(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::string_view backend,
+                  const BackendOptions& options) {
+    Forecast f{.rows = grid.gather_patch_count};
+    f.longest_row = static_cast<std::size_t>(
+        std::min(static_cast<double>(f.rows), samples_per_row(backend, options).patch));
+    f.form_factor_bytes = forecast_memory_bytes(f.rows, static_cast<double>(f.longest_row));
+    // Nodes and sensors hold a PointIlluminance each; patches their polygon, light by component and source,
+    // exitance, and the vectors of the radiosity (about ten numbers for each of six channels).
+    const auto count = [](std::size_t n) { return static_cast<double>(n); };
+    f.light_bytes = count(grid.nodes.size() + sensors) * (sizeof(PointIlluminance) + sizeof(Node)) +
+                    count(grid.patches.size()) * (sizeof(Patch) + 8.0 * sizeof(LightBySource) + 480.0);
+    // A row of a CSV file is about 300 bytes, and a file is written from memory.
+    f.table_bytes = 300.0 * count(std::max({grid.nodes.size(), grid.patches.size(), sensors}));
+    for (const View& view : scene.views)
+        f.picture_bytes = std::max(f.picture_bytes, 4.0 * sizeof(Band3) * static_cast<double>(view.width) *
+                                                        static_cast<double>(view.height));
+    return f;
+}
+
+std::string dry_run_account(const RunOptions& options, const Scene& scene, const Building& building,
+                            const PatchGrid& grid, const std::vector<Sensor>& sensors,
+                            const Visibility& visibility) {
+    const Forecast f = forecast(scene, grid, sensors.size(), visibility.name(), options.backends);
+    const SamplesPerRow samples = samples_per_row(visibility.name(), options.backends);
+    const DaylightOptions& daylight = options.daylight;
+    std::string text =
+        fmt::format("{}: quality {}, nothing computed\n", visibility.name(), options.quality.name);
+    text += fmt::format(
+        "  {} faces, {} facets, {} apertures; {} patches ({} indoors, {} in apertures), {} nodes, {} "
+        "sensors\n",
+        building.faces.size(), building.facets.size(), building.apertures.size(), grid.patches.size(),
+        grid.indoor_patch_count, grid.gather_patch_count - grid.indoor_patch_count, grid.nodes.size(),
+        sensors.size());
+    text += fmt::format(
+        "  grid {:.4g} m indoors, {:.4g} m outdoors, refined {} times; direct light {}, tolerance {:.3g}\n",
+        scene.grid.spacing_m, scene.grid.outdoor_spacing_m, scene.grid.refine.levels,
+        name_of(direct_methods, scene.direct.method), scene.direct.tolerance);
+    text += fmt::format(
+        "  IRC: nodes {}, sensors {}; form factors repaired: {}; radiosity to {:.3g}, at most {} "
+        "iterations\n",
+        name_of(indirect_methods, daylight.node_indirect),
+        name_of(indirect_methods, daylight.sensor_indirect),
+        name_of(form_factor_repairs, daylight.form_factors.repair), daylight.radiosity.tolerance,
+        daylight.radiosity.max_iterations);
+    text += "  settings:";
+    for (const auto& [name, value] : visibility.settings())
+        text += fmt::format(" {} {};", name, value);
+    text.back() = '\n';
+    text += fmt::format(
+        "  memory at most about {} (form factors {}: {} rows of at most {} entries); this machine has {}\n",
+        in_megabytes(f.peak_bytes()), in_megabytes(f.form_factor_bytes), f.rows, f.longest_row,
+        in_megabytes(physical_memory_bytes()));
+    double gathered = static_cast<double>(sensors.size());
+    if (daylight.node_indirect == IndirectMethod::gather) gathered += static_cast<double>(grid.nodes.size());
+    text += fmt::format(
+        "  work: {} {} for form factors, {} for interreflected light at points; direct light at {} "
+        "points{}\n",
+        in_millions(samples.patch * static_cast<double>(f.rows)), samples.unit,
+        in_millions(samples.point * gathered), grid.nodes.size() + sensors.size(),
+        options.error_estimate ? "; about a quarter more for the error estimate" : "");
+    return text;
+}
+
+}  // namespace naturel

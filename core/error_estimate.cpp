@@ -1,0 +1,116 @@
+#include "core/error_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/colour.h"
+
+namespace naturel {
+namespace {
+
+/// Evenly chosen sensors indoors: enough for a 95th percentile, few enough to be cheap.
+std::vector<std::size_t> chosen_sensors(const DaylightSolution& solution) {
+    std::vector<std::size_t> indoors;
+    for (std::size_t s = 0; s < solution.sensors.size(); ++s)
+        if (solution.sensors[s].medium == Medium::indoor_air) indoors.push_back(s);
+    const std::size_t wanted = std::clamp<std::size_t>(indoors.size() / 12, 16, 64);
+    if (indoors.size() <= wanted) return indoors;
+    std::vector<std::size_t> chosen;
+    for (std::size_t k = 0; k < wanted; ++k)
+        chosen.push_back(indoors[(2 * k + 1) * indoors.size() / (2 * wanted)]);
+    return chosen;
+}
+
+/// 95 % of the values are not larger (nearest rank).
+double percentile_95(std::vector<double> values) {
+    const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(values.size())));
+    std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(rank - 1));
+    return values[rank - 1];
+}
+
+}  // namespace
+
+double ErrorEstimate::total() const {
+    return std::sqrt(sampling * sampling + grid.value_or(0.0) * grid.value_or(0.0) + direct * direct);
+}
+
+std::optional<ErrorEstimate> estimate_error(const Scene& scene, const Building& building,
+                                            const PatchGrid& grid, const LightZones& grid_zones,
+                                            const DaylightSolution& solution, const DaylightOptions& options,
+                                            const MakeCompanion& make_companion, Progress& progress) {
+    const Primaries primaries(scene.primaries);
+    const std::vector<std::size_t> chosen = chosen_sensors(solution);
+    const std::size_t count = chosen.size();
+    std::vector<Sensor> sensors;
+    std::vector<double> total_lx;
+    double mean_lx = 0.0;
+    for (const std::size_t s : chosen) {
+        sensors.push_back(solution.sensors[s]);
+        total_lx.push_back(primaries.luminous(solution.sensor_values[s].total_lx()));
+        mean_lx += total_lx.back() / static_cast<double>(count);
+    }
+    if (!(mean_lx > 0.0)) return std::nullopt;
+    // What is almost dark beside the others has no relative error worth speaking of.
+    constexpr double dark = 0.01;
+    for (double& lx : total_lx)
+        lx = std::max(lx, dark * mean_lx);
+
+    ErrorEstimate estimate{.points = count};
+    const auto direct_lx = [&](const PointIlluminance& p) {
+        return primaries.luminous(p.direct.by_source().total());
+    };
+    const auto indirect_lx = [&](const PointIlluminance& p) {
+        return primaries.luminous(p.indirect_lx.total());
+    };
+
+    // The same points again: other random numbers for the interreflected light, a finer integral of the
+    // direct light.
+    constexpr double tighter = 0.25;
+    Scene finer = scene;
+    finer.direct.method = DirectMethod::adaptive;
+    finer.direct.tolerance = scene.direct.tolerance * tighter;
+    const std::unique_ptr<Visibility> reseeded = make_companion(grid, Companion::other_seed);
+    const std::vector<PointIlluminance> again = light_on_sensors(
+        finer, building, grid, *reseeded, solution.outdoors, solution.radiosity, options, sensors, progress);
+    double variance = 0.0;
+    std::vector<double> direct_errors;
+    for (std::size_t k = 0; k < count; ++k) {
+        const PointIlluminance& found = solution.sensor_values[chosen[k]];
+        // Two independent values differ by sqrt(2) of the standard deviation of either.
+        const double noise = (indirect_lx(again[k]) - indirect_lx(found)) / total_lx[k];
+        variance += 0.5 * noise * noise / static_cast<double>(count);
+        direct_errors.push_back(std::abs(direct_lx(again[k]) - direct_lx(found)) / total_lx[k]);
+    }
+    constexpr double normal_95 = 1.96;  // 95 % of a normal distribution are within 1.96 standard deviations
+    estimate.sampling = normal_95 * std::sqrt(variance);
+    estimate.direct = percentile_95(std::move(direct_errors));
+
+    // The whole again on a coarser grid, seen by the same rays at the sensors, so that their noise cancels.
+    constexpr double coarser = 2.0;
+    Scene coarse = scene;
+    coarse.grid.spacing_m *= coarser;
+    coarse.grid.outdoor_spacing_m *= coarser;
+    const PatchGrid coarse_grid = make_patch_grid(building, coarse.grid, grid_zones);
+    // Where cells are whole facets already a coarser grid is none, and would double the time of the run.
+    constexpr double most_nodes = 0.45;
+    if (static_cast<double>(coarse_grid.nodes.size()) > most_nodes * static_cast<double>(grid.nodes.size()))
+        return estimate;
+    DaylightOptions coarse_options = options;
+    coarse_options.node_indirect = IndirectMethod::patch;
+    const std::unique_ptr<Visibility> coarse_visibility = make_companion(coarse_grid, Companion::coarse_rows);
+    const DaylightSolution coarse_solution = compute_daylight(
+        coarse, building, coarse_grid, *coarse_visibility, coarse_options, sensors, progress);
+    // Of second order in the spacing where light is smooth, of first order along edges and in corners: the
+    // difference is three times the error in the one case and equal to it in the other.
+    constexpr double share_of_difference = 0.5;
+    std::vector<double> grid_errors;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double difference_lx = primaries.luminous(coarse_solution.sensor_values[k].total_lx()) -
+                                     primaries.luminous(solution.sensor_values[chosen[k]].total_lx());
+        grid_errors.push_back(share_of_difference * std::abs(difference_lx) / total_lx[k]);
+    }
+    estimate.grid = percentile_95(std::move(grid_errors));
+    return estimate;
+}
+
+}  // namespace naturel

@@ -1,0 +1,14 @@
+#pragma once
+#include <glm/vec3.hpp>
+#include <span>
+
+namespace naturel {
+
+/// A_a F_ab = A_b F_ba of two plane convex polygons that nothing stands between, m2, good to 1e-9 of the smaller square of a
+/// side. The polygons may touch, share an edge, be cut by each other's plane (what lies behind it does not count) and be of any
+/// size and distance. Vertices counter-clockwise seen from the front; a normal is of unit length and points there.
+/// Source: contour integral (docs/method.md, "Pairs of patches").
+double unoccluded_exchange_m2(std::span<const glm::dvec3> a, const glm::dvec3& normal_a, std::span<const glm::dvec3> b,
+                              const glm::dvec3& normal_b);
+
+}  // namespace naturel

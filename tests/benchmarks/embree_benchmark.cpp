@@ -1,0 +1,67 @@
+// What form factors cost: pairwise, hemispheres of rays, and Embree alone.
+#include <benchmark/benchmark.h>
+#ifdef NATUREL_HAS_EMBREE
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+
+#include "core/parallel.h"
+#include "core/patch_grid.h"
+#include "embree_backend/embree_visibility.h"
+#include "embree_backend/pairwise.h"
+#include "tests/random_scenes.h"
+
+namespace naturel::tests {
+namespace {
+
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// A room of 6 x 5 x 3 m with `count` boxes on its floor, in rows.
+Scene room_with_boxes(int count) {
+    Scene scene = closed_room({6, 5, 3});
+    for (int k = 0; k < count; ++k) {
+        const glm::dvec3 low{0.3 + 0.95 * (k % 6), 0.4 + 1.2 * (k / 6), 0.0};
+        scene.polyhedra.push_back(box("box " + std::to_string(k), Effect::fill, low, low + glm::dvec3(0.4, 0.5, 0.5 + 0.25 * (k % 4))));
+    }
+    return scene;
+}
+
+void pairwise(benchmark::State& state) {
+    const ThreadLimit one(1);
+    const Building building = assemble(room_with_boxes(static_cast<int>(state.range(0))));
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.25});
+    const PairwiseExchange exchange(building, grid, {.tolerance = std::pow(10.0, -static_cast<double>(state.range(1)))});
+    NoProgress quiet;
+    PairwiseCount count;
+    double seconds = 0.0, worst = 0.0;
+    std::size_t runs = 0;
+    for (auto _ : state) {
+        const double start = cpu_seconds();
+        count = {};
+        const FormFactorRows rows = exchange.rows(true, quiet, &count);
+        seconds += cpu_seconds() - start;
+        ++runs;
+        worst = 0.0;
+        for (std::size_t i = 0; i + 1 < rows.row_begin.size(); ++i) {
+            double sum = 0.0;
+            for (auto e = rows.row_begin[i]; e < rows.row_begin[i + 1]; ++e) sum += rows.value[e];
+            worst = std::max(worst, std::abs(sum - 1.0));
+        }
+    }
+    const double n = static_cast<double>(grid.gather_patch_count), pairs = n * (n - 1) / 2;
+    state.counters["patches"] = n;
+    state.counters["Mpairs/s"] = 1e-6 * pairs * static_cast<double>(runs) / seconds;
+    state.counters["facing"] = static_cast<double>(count.facing) / pairs;
+    state.counters["blocked"] = static_cast<double>(count.blocked) / pairs;
+    state.counters["partial"] = static_cast<double>(count.partial) / pairs;
+    state.counters["worst_row"] = worst;
+}
+BENCHMARK(pairwise)->Args({0, 4})->Args({24, 4})->Args({24, 5})->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->Iterations(1);
+
+}  // namespace
+}  // namespace naturel::tests
+#endif

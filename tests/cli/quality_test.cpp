@@ -1,0 +1,100 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/catch.h"
+#include "tests/cli/program.h"
+
+using namespace naturel::tests;
+
+namespace {
+
+/// The small room in a folder of its own. With `named` its file says how long cells are, else the preset does.
+struct Room {
+    explicit Room(bool named = true) {
+        std::string text(small_room);
+        const std::string spacing = "\"grid\": {\"spacing_m\": 1},";
+        if (!named) text.erase(text.find(spacing), spacing.size());
+        write(folder / "room.json", text);
+    }
+    Outcome run(std::vector<std::string> arguments, const std::string& out = "out") const {
+        arguments.insert(arguments.begin(), {"run", (folder / "room.json").string(), "--out", (folder / out).string()});
+        return run_naturel(arguments);
+    }
+    nlohmann::json summary(const std::string& out = "out") const {
+        return nlohmann::json::parse(content_of(folder / out / backend_names().back() / "summary.json"));
+    }
+    /// Illuminance of every sensor.
+    std::vector<double> total_lx(const std::string& out) const {
+        std::istringstream table(content_of(folder / out / backend_names().back() / "sensors.csv"));
+        std::string line;
+        std::getline(table, line);
+        std::vector<double> values;
+        while (std::getline(table, line)) {
+            // Counted from the end: an id may hold commas.
+            std::vector<std::string> cells;
+            std::istringstream row(line);
+            for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+            values.push_back(std::stod(cells[cells.size() - 6]));
+        }
+        return values;
+    }
+
+    TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("a preset chooses what neither the scene nor the command line names", "[cli][quality]") {
+    const Room unnamed(false), named(true);
+    REQUIRE(unnamed.run({"--quality", "draft", "--radiosity-tolerance", "1e-7", "--no-error-estimate"}).exit_code == 0);
+    const auto chosen = unnamed.summary();
+    CHECK(chosen["options"]["quality"] == "draft");
+    CHECK(chosen["options"]["grid_spacing_m"] == 0.5);
+    CHECK(chosen["options"]["direct_tolerance"] == 0.02);
+    CHECK(chosen["options"]["radiosity_tolerance"] == 1e-7);
+    CHECK(chosen["estimated_error"].is_null());
+    REQUIRE(named.run({"--quality", "draft", "--tolerance", "0.1", "--no-error-estimate"}).exit_code == 0);
+    CHECK(named.summary()["options"]["grid_spacing_m"] == 1.0);
+    CHECK(named.summary()["options"]["direct_tolerance"] == 0.1);
+}
+
+TEST_CASE("an unknown quality is answered with the known ones", "[cli][quality]") {
+    const Outcome outcome = Room().run({"--quality", "best"});
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.errors.find("known: draft, normal, fine, reference") != std::string::npos);
+}
+
+TEST_CASE("a dry run tells what would be done and writes nothing", "[cli][quality]") {
+    const Room room(false);
+    const Outcome outcome = room.run({"--dry-run", "--quality", "fine"});
+    REQUIRE(outcome.exit_code == 0);
+    for (const char* part : {"quality fine", "grid 0.125 m indoors", "facets", "nodes", "sensors", "memory at most", "work:"})
+        CHECK(outcome.output.find(part) != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(room.folder / "out"));
+}
+
+TEST_CASE("the estimated error covers the true one and is not many times as large", "[cli][quality]") {
+    const Room room(false);
+    REQUIRE(room.run({"--quality", "draft", "--backend", backend_names().back()}).exit_code == 0);
+    REQUIRE(room.run({"--quality", "normal", "--seed", "5", "--no-error-estimate", "--backend", backend_names().back()}, "finer")
+                .exit_code == 0);
+    const std::vector<double> found = room.total_lx("out"), truth = room.total_lx("finer");
+    REQUIRE(found.size() == truth.size());
+    REQUIRE(found.size() > 3);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < found.size(); ++k) squares += std::pow(found[k] / truth[k] - 1.0, 2);
+    const double rms = std::sqrt(squares / static_cast<double>(found.size()));
+    const double estimated = room.summary()["estimated_error"]["relative_error"];
+    // What 95 % stay below is about twice the RMS of a normal distribution; few sensors scatter by as much again.
+    CHECK(estimated > rms);
+    CHECK(estimated < 8.0 * rms);
+}
+
+TEST_CASE("the estimated error has the same bits for any number of threads", "[cli][quality]") {
+    const Room room;
+    REQUIRE(room.run({"--quality", "draft", "--threads", "1"}, "one").exit_code == 0);
+    REQUIRE(room.run({"--quality", "draft", "--threads", "3"}, "three").exit_code == 0);
+    CHECK_FALSE(room.summary("one")["estimated_error"].is_null());
+    CHECK(room.summary("one") == room.summary("three"));
+}
