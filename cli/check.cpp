@@ -304,11 +304,12 @@ void check_rows(const CheckedScene& checked, Report& report, Progress& progress)
 
 void check(const CheckOptions& options, Progress& progress) {
     Scene scene = read_scene(options.scene, scene_defaults(options.quality));
+    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     const Building building = assemble(scene);
     choose_grid_spacing(scene, building, options.quality);
     const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
     const std::unique_ptr<Visibility> visibility =
-        backends_named(default_backend()).front().make(building, grid, backend_options(options.quality));
+        backends_named(options.backend).front().make(building, grid, options.backends);
     const CheckedScene checked{scene, building, grid, *visibility};
 
     Report report;

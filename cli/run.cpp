@@ -277,6 +277,7 @@ BackendOptions companion_options(BackendOptions options, Companion kind) {
         ++options.embree.seed;
         ++options.hemicube.seed;
         options.hemicube.random_rotation = true;  // what shows aliasing
+        options.embree.pair_tolerance = std::max(1e-9, 0.25 * options.embree.pair_tolerance);  // pairs know no seed
     } else {
         options.embree.rays_per_patch = std::max(1, options.embree.rays_per_patch / 4);
     }

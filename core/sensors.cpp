@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "core/box_index.h"
 #include "core/polyhedra.h"
 
 namespace naturel {
@@ -26,18 +27,64 @@ bool lies_on(const Facet& facet, const dvec3& point_m) {
     return true;
 }
 
-// Membership knows polyhedra alone. Where nothing is carved and polygons face indoor air, they enclose the rooms, and only
-// what is filled is certain.
-Medium medium_of(const Scene& scene, const dvec3& point_m) {
-    const bool carved = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
-                                    [](const Polyhedron& p) { return p.effect == Effect::carve; });
-    const bool faces_indoors = std::any_of(scene.polygons.begin(), scene.polygons.end(),
-                                           [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
-    if (carved || !faces_indoors) return medium_at(scene, point_m);
-    const bool filled = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
-                                    [&](const Polyhedron& p) { return contains(p, point_m); });
-    return filled ? Medium::solid : Medium::indoor_air;
-}
+/// Where points are: on which facets, in what medium. Asks only what is near.
+class Surroundings {
+public:
+    Surroundings(const Scene& scene, const Building& building)
+        : scene_(scene), building_(building), facets_(boxes(building)), polyhedra_(boxes(scene)) {
+        // Membership knows polyhedra alone. Where nothing is carved and polygons face indoor air, they enclose the rooms, and
+        // only what is filled is certain.
+        const bool carved = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
+                                        [](const Polyhedron& p) { return p.effect == Effect::carve; });
+        const bool faces_indoors = std::any_of(scene.polygons.begin(), scene.polygons.end(),
+                                               [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
+        rooms_of_polygons_ = !carved && faces_indoors;
+    }
+
+    /// Moved off the facets that it lies on.
+    dvec3 lifted(dvec3 position_m) {
+        facets_.containing(position_m, near_);
+        for (const std::uint32_t f : near_) {
+            const Facet& facet = building_.facets[f];
+            if (!facet.is_aperture && lies_on(facet, position_m)) position_m += lift_m * facet.normal;
+        }
+        return position_m;
+    }
+
+    Medium medium_of(const dvec3& point_m) {
+        polyhedra_.containing(point_m, near_);
+        if (!rooms_of_polygons_) return medium_at(scene_, near_, point_m);
+        const bool filled =
+            std::any_of(near_.begin(), near_.end(), [&](std::uint32_t k) { return contains(scene_.polyhedra[k], point_m); });
+        return filled ? Medium::solid : Medium::indoor_air;
+    }
+
+private:
+    // A point may be lifted off several facets, one after the other.
+    static constexpr double near_m = 100.0 * lift_m;
+
+    static std::vector<Box> boxes(const Building& building) {
+        std::vector<Box> list;
+        for (const Facet& facet : building.facets) list.push_back(box_around(facet.vertices_m, near_m));
+        return list;
+    }
+    static std::vector<Box> boxes(const Scene& scene) {
+        std::vector<Box> list;
+        for (const Polyhedron& polyhedron : scene.polyhedra) {
+            std::vector<dvec3> corners_m;
+            for (const PolyhedronFace& face : polyhedron_faces(polyhedron))
+                corners_m.insert(corners_m.end(), face.vertices_m.begin(), face.vertices_m.end());
+            list.push_back(box_around(corners_m, near_m));
+        }
+        return list;
+    }
+
+    const Scene& scene_;
+    const Building& building_;
+    BoxIndex facets_, polyhedra_;
+    bool rooms_of_polygons_ = false;
+    std::vector<std::uint32_t> near_;
+};
 
 struct Extent {
     double low_m, high_m;
@@ -111,16 +158,16 @@ std::vector<dvec3> grid_points(const Scene& scene, const SensorGrid& grid) {
 
 std::vector<Sensor> place_sensors(const Scene& scene, const Building& building) {
     std::vector<Sensor> sensors;
+    Surroundings surroundings(scene, building);
     for (std::size_t s = 0; s < scene.sensors.size(); ++s) {
         const SensorSet& set = scene.sensors[s];
         std::size_t number = 0;
-        const auto add = [&](dvec3 position_m, const dvec3& normal) {
-            for (const Facet& facet : building.facets)
-                if (!facet.is_aperture && lies_on(facet, position_m)) position_m += lift_m * facet.normal;
+        const auto add = [&](const dvec3& given_m, const dvec3& normal) {
+            const dvec3 position_m = surroundings.lifted(given_m);
             sensors.push_back({.set = s,
                                .id = set.id + "/" + std::to_string(++number),
                                .point = {position_m, normal},
-                               .medium = medium_of(scene, position_m)});
+                               .medium = surroundings.medium_of(position_m)});
         };
         if (set.grid) {
             for (const dvec3& position_m : grid_points(scene, *set.grid)) add(position_m, {0, 0, 1});
