@@ -15,10 +15,13 @@
 #include "cli/physical_memory.h"
 #include "core/building.h"
 #include "core/form_factors.h"
+#include "core/glazing.h"
 #include "core/patch_grid.h"
 #include "core/scene_reader.h"
 #include "core/sensors.h"
+#include "core/sky.h"
 #include "core/sky_models.h"
+#include "core/sun.h"
 
 namespace naturel {
 namespace {
@@ -123,6 +126,11 @@ void warn_of_apertures(const CheckedScene& checked, Report& report) {
         if (!aperture.inner && !sees_sky(checked, aperture))
             report.warn("aperture \"{}\" sees no sky (does it look into the ground or another building?)",
                         aperture.name);
+    for (const Aperture& aperture : checked.building.apertures) {
+        const Glazing& glazing = checked.scene.glazings[index(aperture.glazing)];
+        if (largest(GlazingTransmission(glazing).diffuse_transmittance()) <= 0.0)
+            report.warn("aperture \"{}\" lets no light pass: its glazing \"{}\" transmits nothing", aperture.name, glazing.name);
+    }
 }
 
 void warn_of_size(const CheckedScene& checked, Report& report) {
@@ -216,6 +224,12 @@ void warn_of_sun(const CheckedScene& checked, Report& report) {
     // Many skies need the place of the sun, whether or not it shines.
     if (sun.direct_normal_illuminance_lx <= 0.0 && sun.altitude_rad > 0.0 && !sky_model(checked.scene.sky).needs_sun)
         report.warn("the sun is given a place but no direct_normal_illuminance_lx: it gives no light");
+}
+
+void warn_of_sky(const CheckedScene& checked, Report& report) {
+    const Scene& scene = checked.scene;
+    const glm::dvec3 sun = scene.sun ? direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad) : glm::dvec3{0, 0, 1};
+    if (Sky(scene.sky, sun).horizontal_illuminance().value <= 0.0) report.warn("the sky is black: it gives no light");
 }
 
 /// How much solid there is behind a point of a surface, m, if that is less than 10 mm and air follows.
@@ -322,6 +336,7 @@ void check(const CheckOptions& options, Progress& progress) {
     warn_of_colours(checked, report);
     check_sensors(checked, report);
     check_views(checked, report);
+    warn_of_sky(checked, report);
     warn_of_sun(checked, report);
     check_rows(checked, report, progress);
     for (const std::string& warning : report.warnings)

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -80,9 +79,8 @@ void add_values(Table& table, const Result& result, const PointIlluminance& poin
 const std::string erc_columns = ",erc_ground_lx,erc_buildings_lx";
 
 void add_erc(Table& table, const Result& result, const DirectIlluminance& direct) {
-    const double all_lx = result.primaries.luminous(direct.outdoor_lx.total());
-    const double ground_lx = result.primaries.luminous(direct.ground_lx.total());
-    table.cell(ground_lx).cell(std::max(0.0, all_lx - ground_lx));
+    const Components parts = components_of(result.primaries, direct, {});
+    table.cell(parts.erc_ground_lx).cell(parts.erc_buildings_lx);
 }
 
 /// As many empty cells: where there is no light to speak of, 0 lx would be a value.

@@ -89,6 +89,14 @@ Json sensor_sets_json(const std::vector<SensorSetStatistics>& sets) {
                     set.daylight_factor_percent->min / set.daylight_factor_percent->mean;
         }
         if (set.illuminance_lx) entry["illuminance_lx"] = json_of(*set.illuminance_lx);
+        if (set.mean_components) {
+            const Components& mean = *set.mean_components;
+            entry["mean_components_lx"] = {{"sky", mean.sky_lx},
+                                           {"sun", mean.sun_lx},
+                                           {"erc_ground", mean.erc_ground_lx},
+                                           {"erc_buildings", mean.erc_buildings_lx},
+                                           {"irc", mean.irc_lx}};
+        }
         json.push_back(entry);
     }
     return json;

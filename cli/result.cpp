@@ -1,17 +1,33 @@
 #include "cli/result.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
 #include "core/errors.h"
 
 namespace naturel {
+namespace {
+
+constexpr std::array component_parts{&Components::sky_lx, &Components::sun_lx, &Components::erc_ground_lx,
+                                     &Components::erc_buildings_lx, &Components::irc_lx};
+
+}  // namespace
 
 std::optional<double> daylight_factor_percent(const Result& result, const PointIlluminance& point) {
     const double outdoors_lx = result.solution.outdoors.horizontal_illuminance().value;
     if (outdoors_lx <= 0.0) return std::nullopt;
     return 100.0 * result.primaries.luminous(point.from_sky_lx()) / outdoors_lx;
+}
+
+Components components_of(const Primaries& primaries, const DirectIlluminance& direct, const LightBySource& indirect_lx) {
+    const double ground_lx = primaries.luminous(direct.ground_lx.total());
+    return {.sky_lx = primaries.luminous(direct.sky_lx),
+            .sun_lx = primaries.luminous(direct.sun_lx),
+            .erc_ground_lx = ground_lx,
+            .erc_buildings_lx = std::max(0.0, primaries.luminous(direct.outdoor_lx.total()) - ground_lx),
+            .irc_lx = primaries.luminous(indirect_lx.total())};
 }
 
 Statistics statistics_of(std::vector<double> values) {
@@ -27,6 +43,7 @@ Statistics statistics_of(std::vector<double> values) {
 std::vector<SensorSetStatistics> sensor_set_statistics(const Result& result) {
     std::vector<SensorSetStatistics> sets(result.scene.sensors.size());
     std::vector<std::vector<double>> factors(sets.size()), illuminances(sets.size());
+    std::vector<Components> sums(sets.size());
     for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
         const Sensor& sensor = result.solution.sensors[k];
         SensorSetStatistics& set = sets[sensor.set];
@@ -38,13 +55,19 @@ std::vector<SensorSetStatistics> sensor_set_statistics(const Result& result) {
         }
         const PointIlluminance& point = result.solution.sensor_values[k];
         illuminances[sensor.set].push_back(result.primaries.luminous(point.total_lx()));
+        const Components parts = components_of(result.primaries, point.direct, point.indirect_lx);
+        Components& sum = sums[sensor.set];
+        for (const auto part : component_parts) sum.*part += parts.*part;
         if (const auto factor = daylight_factor_percent(result, point))
             factors[sensor.set].push_back(*factor);
     }
     for (std::size_t s = 0; s < sets.size(); ++s) {
         sets[s].id = result.scene.sensors[s].id;
         if (!factors[s].empty()) sets[s].daylight_factor_percent = statistics_of(factors[s]);
-        if (!illuminances[s].empty()) sets[s].illuminance_lx = statistics_of(illuminances[s]);
+        if (illuminances[s].empty()) continue;
+        sets[s].illuminance_lx = statistics_of(illuminances[s]);
+        for (const auto part : component_parts) sums[s].*part /= static_cast<double>(illuminances[s].size());
+        sets[s].mean_components = sums[s];
     }
     return sets;
 }

@@ -30,6 +30,14 @@ struct Result {
 /// under a sky without light.
 std::optional<double> daylight_factor_percent(const Result& result, const PointIlluminance& point);
 
+/// Luminous parts of an illuminance, lx; they add up to the whole.
+struct Components {
+    double sky_lx = 0.0, sun_lx = 0.0;
+    double erc_ground_lx = 0.0, erc_buildings_lx = 0.0;  ///< externally reflected, by what reflected it last
+    double irc_lx = 0.0;
+};
+Components components_of(const Primaries& primaries, const DirectIlluminance& direct, const LightBySource& indirect_lx);
+
 /// A set of numbers in short.
 struct Statistics {
     double mean = 0.0, median = 0.0, min = 0.0, max = 0.0;
@@ -45,6 +53,7 @@ struct SensorSetStatistics {
     std::size_t points_in_solid = 0, points_outdoors = 0;
     std::optional<Statistics> daylight_factor_percent;
     std::optional<Statistics> illuminance_lx;
+    std::optional<Components> mean_components;
 };
 
 /// [Scene::sensors]

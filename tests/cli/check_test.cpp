@@ -56,6 +56,13 @@ TEST_CASE("check warns of materials, a sun, sensors and views that are probably 
     check_says(report, "view \"to: window\" looks from inside a solid");
 }
 
+TEST_CASE("check warns of a black sky and of glazing that transmits nothing", "[cli]") {
+    const std::string report = report_with({{"\"horizontal_illuminance_lx\": 10000", "\"horizontal_illuminance_lx\": 0"},
+                                            {"\"normal_transmittance\": 0.88", "\"normal_transmittance\": 0"}});
+    check_says(report, "warning: the sky is black: it gives no light");
+    check_says(report, "warning: aperture \"window\" lets no light pass: its glazing \"glass\" transmits nothing");
+}
+
 TEST_CASE("check warns of a window that stops short of the facade", "[cli]") {
     const std::string report =
         report_with({{"[[1, -0.5, 1], [3, -0.5, 1], [1, 1, 1], [1, -0.5, 2.5]]",

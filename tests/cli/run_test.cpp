@@ -125,10 +125,15 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
 
 TEST_CASE("the summary's statistics are those of the table of sensors", "[cli]") {
     const SmallRoom room;
+    std::string scene(small_room);
+    scene.insert(scene.find(R"({"id": "building")"), R"({"id": "opposite", "kind": "parallelepiped", "effect": "fill",
+        "vertices": [[2, -6, 0], [8, -6, 0], [2, -5, 0], [2, -6, 4]], "material": "facade"}, )");
+    write(room.scene(), scene);
     REQUIRE(room.run({"--backend", "hemicube"}).exit_code == 0);
     const auto summary = nlohmann::json::parse(content_of(room.out() / "hemicube/summary.json"));
     const auto lines = lines_of(content_of(room.out() / "hemicube/sensors.csv"));
     double sum_lx = 0.0, sum_factor = 0.0, least_factor = 1e300;
+    std::map<std::string, double> component_sums;
     int points = 0;
     for (const std::string& line : lines) {
         const auto cells = cells_of(line);
@@ -140,6 +145,8 @@ TEST_CASE("the summary's statistics are those of the table of sensors", "[cli]")
         CHECK(std::abs(sky_lx + sun_lx + erc_lx + irc_lx - total_lx) <= 1e-7 * total_lx);
         CHECK(factor <= 100.0 * total_lx / 10000.0 * (1.0 + 1e-7));
         sum_lx += total_lx;
+        component_sums["sky"] += sky_lx, component_sums["sun"] += sun_lx, component_sums["irc"] += irc_lx;
+        component_sums["erc_ground"] += std::stod(cells[18]), component_sums["erc_buildings"] += std::stod(cells[19]);
         sum_factor += factor;
         least_factor = std::min(least_factor, factor);
         ++points;
@@ -148,6 +155,18 @@ TEST_CASE("the summary's statistics are those of the table of sensors", "[cli]")
     const auto& set = summary["sensor_sets"][0];
     CHECK(set["points"] == points);
     CHECK(std::abs(set["illuminance_lx"]["mean"].get<double>() * points - sum_lx) <= 1e-7 * sum_lx);
+    const auto& means = set["mean_components_lx"];
+    CHECK(means.size() == component_sums.size());
+    double all_lx = 0.0;
+    for (const auto& [name, component_lx] : component_sums) {
+        INFO(name);
+        CHECK(std::abs(means.at(name).get<double>() * points - component_lx) <= 1e-7 * component_lx);
+        all_lx += means.at(name).get<double>() * points;
+    }
+    CHECK(std::abs(all_lx - sum_lx) <= 1e-7 * sum_lx);
+    CHECK(means["erc_ground"] == 0.0);  // a level plane below the sill sees no ground
+    CHECK(means["erc_buildings"].get<double>() > 0.0);
+    CHECK(summary["sensor_sets"][1]["mean_components_lx"]["erc_ground"].get<double>() > 0.0);
     CHECK(std::abs(set["daylight_factor_percent"]["mean"].get<double>() * points - sum_factor) <=
           1e-7 * sum_factor);
     CHECK(std::abs(set["daylight_factor_percent"]["min"].get<double>() - least_factor) <=
