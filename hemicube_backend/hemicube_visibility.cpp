@@ -241,7 +241,7 @@ public:
         NATUREL_EXPECT(seen.size() ==
                        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
         const ProjectionCells cells = picture_cells(camera);
-        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}};
+        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}, camera.kind == ViewKind::parallel};
         const auto rows = static_cast<std::size_t>(camera.height), columns = static_cast<std::size_t>(camera.width);
         parallel_for((rows + picture_band_rows - 1) / picture_band_rows, 1, [&](std::size_t band) {
             ItemBuffer& buffer = scratch_.local().buffer;
