@@ -23,6 +23,7 @@ void draw_spans(const Spans& spans, int rows) {
     const int lanes = static_cast<int>(hn::Lanes(f));
     const auto by_x = hn::Set(f, static_cast<float>(spans.by_x));
     const auto code = hn::Set(i, spans.code);
+    const auto numbers = hn::Iota(i, 0);  // once: it is put together in memory
     for (int row = 0; row < rows; ++row) {
         const int first = spans.first[row], last = spans.last[row];
         const float* const x = spans.x + row * spans.x_stride;
@@ -35,7 +36,7 @@ void draw_spans(const Spans& spans, int rows) {
             const auto candidate = hn::Add(at_origin, hn::Mul(by_x, hn::LoadU(f, x + k)));
             const auto old_depth = hn::LoadU(f, depth + k);
             const auto old_item = hn::LoadU(i, items + k);
-            const auto mine = hn::Lt(hn::Iota(i, k), hn::Set(i, last));
+            const auto mine = hn::Lt(numbers, hn::Set(i, last - k));
             const auto nearer = hn::RebindMask(i, hn::Gt(candidate, old_depth));
             const auto level = hn::RebindMask(i, hn::Eq(candidate, old_depth));
             const auto wins = hn::And(mine, hn::Or(nearer, hn::And(level, hn::Lt(code, old_item))));
