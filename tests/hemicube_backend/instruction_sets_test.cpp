@@ -1,5 +1,6 @@
 #include <hwy/targets.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 
@@ -68,6 +69,65 @@ TEST_CASE("rows have the same patches and weights with any instruction set", "[h
                          std::memcmp(rows[k].values.data(), first[k].values.data(), rows[k].values.size() * sizeof(double)) != 0;
         }
         CHECK(different == 0);
+    }
+}
+
+TEST_CASE("kernels compute the same bits with any instruction set", "[hemicube]") {
+    constexpr int rows = 40, columns = 61;
+    constexpr std::size_t stride = columns + kernel_lanes;
+    struct Results {
+        std::vector<float> depth, smallest;
+        std::vector<ItemCode> items;
+        std::vector<std::int32_t> grid_cells;
+        std::vector<double> left, right;
+        std::vector<int> before;
+        bool operator==(const Results&) const = default;
+    };
+    std::vector<Results> all;
+    for (const std::int64_t target : targets()) {
+        INFO(hwy::TargetName(target));
+        const OnlyTarget only(target);
+        std::mt19937_64 random(7);
+        const auto uniform = [&](double low, double high) { return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53; };
+        const auto numbers = [&](std::size_t count, double low, double high) {
+            std::vector<double> values(count);
+            for (double& value : values) value = uniform(low, high);
+            return values;
+        };
+        Results results{.depth = std::vector<float>(rows * stride, 0.1f),
+                        .items = std::vector<ItemCode>(rows * stride, empty_item),
+                        .left = std::vector<double>(stride, -2.0),
+                        .right = std::vector<double>(stride, 2.0)};
+        std::vector<float> x;
+        for (const double value : numbers(stride, -1, 1)) x.push_back(static_cast<float>(value));
+        for (int facet = 0; facet < 30; ++facet) {
+            std::vector<int> first(rows), last(rows);
+            for (std::size_t row = 0; row < rows; ++row) {
+                first[row] = static_cast<int>(random() % columns);
+                last[row] = first[row] + static_cast<int>(random() % (columns - static_cast<unsigned>(first[row]) + 1));
+            }
+            const std::vector<double> at_origin = numbers(rows, 0.2, 1);
+            draw_spans({.first = first.data(), .last = last.data(), .at_origin = at_origin.data(), .by_x = uniform(-0.5, 0.5), .x = x.data(),
+                        .depth = results.depth.data(), .items = results.items.data(), .stride = stride, .code = facet - 15},
+                       rows);
+            results.smallest.push_back(smallest_depth(results.depth.data() + 8, rows, stride));
+            // A grid so fine that the last bit of a float decides.
+            results.grid_cells.resize(results.grid_cells.size() + stride);
+            find_grid_cells({.s_0 = static_cast<float>(uniform(1e5, 2e5)), .s_x = static_cast<float>(uniform(-1e5, 1e5)),
+                             .t_0 = static_cast<float>(uniform(1e5, 2e5)), .t_x = static_cast<float>(uniform(-1e5, 1e5)),
+                             .w_0 = static_cast<float>(uniform(0.3, 0.9)), .w_x = static_cast<float>(uniform(-0.2, 0.2)),
+                             .last_column = 1e6, .last_row = 1e6, .columns = 2, .first_cell = 123},
+                            x.data(), columns, results.grid_cells.data() + results.grid_cells.size() - stride);
+            std::fill(results.grid_cells.end() - kernel_lanes, results.grid_cells.end(), 0);  // may hold anything
+            const std::vector<double> y = numbers(columns, -1, 1);
+            raise_left(results.left.data(), y.data(), columns, uniform(-3, 0), uniform(-1, 1));
+            lower_right(results.right.data(), y.data(), columns, uniform(0, 3), uniform(-1, 1));
+        }
+        results.before.resize(stride);
+        count_columns_before(results.left.data(), columns, -1, 1000.0 / 3, 500, results.before.data());
+        std::fill(results.before.end() - kernel_lanes, results.before.end(), 0);
+        all.push_back(std::move(results));
+        CHECK(all.back() == all.front());
     }
 }
 

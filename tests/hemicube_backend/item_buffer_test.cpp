@@ -26,7 +26,7 @@ void add_facet(Building& building, std::vector<dvec3> vertices_m) {
 }
 
 /// Convex polygons of 3 to 6 corners anywhere around the origin, many of them through one another.
-Building random_facets(unsigned seed, int count) {
+Building random_facets(unsigned seed, int count, double least_radius_m = 0.2, double largest_radius_m = 3) {
     std::mt19937_64 random(seed);
     const auto uniform = [&](double low, double high) {
         return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
@@ -42,7 +42,7 @@ Building random_facets(unsigned seed, int count) {
         const dvec3 centre = uniform(0.1, 4) * direction(), normal = direction();
         const dvec3 a = glm::normalize(glm::cross(normal, direction())), b = glm::cross(normal, a);
         const int corners = 3 + static_cast<int>(random() % 4);
-        const double radius = uniform(0.2, 3);
+        const double radius = uniform(least_radius_m, largest_radius_m);
         std::vector<dvec3> vertices;
         for (int k = 0; k < corners; ++k) {
             const double angle = 2 * 3.141592653589793 * (k + uniform(0.1, 0.9)) / corners;
@@ -186,9 +186,17 @@ TEST_CASE("what is hidden, and the order of drawing, change no cell", "[hemicube
 TEST_CASE("facets drawn one by one, nothing left out, give the same picture", "[hemicube][item buffer][property]") {
     const unsigned seed = GENERATE(range(1u, 4u));
     INFO("seed " << seed);
-    const int count = 120;
-    const Building building = random_facets(seed, count);
-    const ProjectionCells cells = hemicube_top_cells(64);
+    // Anywhere, and a ceiling with tiles close below it and behind it, which a careless bound of depth would mistake.
+    Building building = random_facets(seed, 100, 0.1, 0.5);
+    std::mt19937 random(seed);
+    const auto add_tile = [&](double x, double y, double half, double z) {
+        add_facet(building, {{x - half, y - half, z}, {x - half, y + half, z}, {x + half, y + half, z}, {x + half, y - half, z}});
+    };
+    add_tile(0, 0, 0.9, 1);
+    for (int k = 0; k < 200; ++k)
+        add_tile(0.01 * (random() % 160) - 0.8, 0.01 * (random() % 160) - 0.8, 0.02, 0.9 + 0.001 * (random() % 200));
+    const std::size_t count = building.facets.size();
+    const ProjectionCells cells = hemicube_top_cells(200);
     for (const bool parallel : {false, true}) {
         const Projection projection{{0.1, 0.2, parallel ? -5.0 : 0.0}, hemicube_axes()[0], parallel};
         // Each facet into a buffer of its own, where nothing can hide it; then the rule of the buffer: the nearest, of equally
@@ -199,20 +207,20 @@ TEST_CASE("facets drawn one by one, nothing left out, give the same picture", "[
         };
         std::vector<Cell> nearest(static_cast<std::size_t>(cells.rows * cells.columns));
         ItemBuffer one;
-        int layers = 0;
+        std::size_t seen_alone = 0;
         for (std::size_t k = 0; k < count; ++k) {
             Building alone = building;
             for (std::size_t j = 0; j < count; ++j) alone.facets[j].is_aperture = j != k;
             const FacetSet facets(alone);
             one.draw(facets, projection, cells, FacetKind::opaque);
             if (one.entries().empty()) continue;
+            ++seen_alone;
             const ItemBuffer::Entry& entry = one.entries()[0];
             for (int row = 0; row < cells.rows; ++row) {
                 const auto at_origin = static_cast<float>(entry.w_1 + entry.w_y * cells.row_centres[static_cast<std::size_t>(row)]);
                 for (int column = 0; column < cells.columns; ++column) {
                     const ItemCode code = one.codes(row)[column];
                     if (code == empty_item) continue;
-                    ++layers;
                     const float depth =
                         at_origin + static_cast<float>(entry.w_x) * cells.centres_of(row)[static_cast<std::size_t>(column)];
                     Cell& cell = nearest[static_cast<std::size_t>(row * cells.columns + column)];
@@ -228,8 +236,7 @@ TEST_CASE("facets drawn one by one, nothing left out, give the same picture", "[
             for (int column = 0; column < cells.columns; ++column)
                 different += all.codes(row)[column] != nearest[static_cast<std::size_t>(row * cells.columns + column)].code;
         CHECK(different == 0);
-        CHECK(layers > 3 * cells.rows * cells.columns);  // there was something to leave out
-        CHECK(all.entries().size() < static_cast<std::size_t>(count));
+        CHECK(all.entries().size() < seen_alone);  // something was left out
     }
 }
 
