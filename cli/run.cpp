@@ -105,15 +105,19 @@ std::vector<std::string> view_file_stems(const std::vector<View>& views) {
 
 ImageMetadata image_metadata(const Result& result, const View& view) {
     const auto text = [](const glm::dvec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); };
-    return {
+    ImageMetadata metadata{
         {"naturel:scene", result.scene.name},
         {"naturel:scene_sha256", result.scene.source_sha256},
         {"naturel:backend", std::string(result.visibility.name())},
         {"naturel:view", view.id},
         {"naturel:from_m", text(view.from_m)},
         {"naturel:to_m", text(view.to_m)},
-        {"naturel:up", text(view.up)},
-        {"naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad))}};
+        {"naturel:up", text(view.up)}};
+    if (view.kind == ViewKind::parallel)
+        metadata.emplace_back("naturel:width_m", fmt::format("{:.9g}", view.width_m));
+    else
+        metadata.emplace_back("naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad)));
+    return metadata;
 }
 
 /// The view in false colour with a legend; PNG.
