@@ -51,7 +51,7 @@ TEST_CASE("a preset chooses what neither the scene nor the command line names", 
     REQUIRE(unnamed.run({"--quality", "draft", "--radiosity-tolerance", "1e-7", "--no-error-estimate"}).exit_code == 0);
     const auto chosen = unnamed.summary();
     CHECK(chosen["options"]["quality"] == "draft");
-    CHECK(chosen["options"]["grid_spacing_m"] == 0.6);
+    CHECK(chosen["options"]["grid_spacing_m"] == 0.5);
     CHECK(chosen["options"]["direct_tolerance"] == 0.05);
     CHECK(chosen["options"]["radiosity_tolerance"] == 1e-7);
     CHECK(chosen["estimated_error"].is_null());
