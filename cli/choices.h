@@ -5,6 +5,7 @@
 #include "cli/options.h"
 #include "core/daylight.h"
 #include "core/scene.h"
+#include "embree_backend/embree_visibility.h"
 #include "hemicube_backend/hemicube_visibility.h"
 
 namespace naturel {
@@ -19,6 +20,10 @@ struct Choice {
 inline constexpr std::array indirect_methods{
     Choice{IndirectMethod::patch, "patch"},
     Choice{IndirectMethod::gather, "gather"},
+};
+inline constexpr std::array form_factor_methods{
+    Choice{FormFactorMethod::hemisphere, "hemisphere"},
+    Choice{FormFactorMethod::pairwise, "pairwise"},
 };
 inline constexpr std::array form_factor_repairs{
     Choice{FormFactorRepair::none, "none"},

@@ -17,62 +17,52 @@ namespace {
                      fmt::format("cannot be written: {}", std::generic_category().message(error)));
 }
 
-/// A file beside `target` that vanishes with this object unless moved onto it.
-class TemporaryFile {
-public:
-    explicit TemporaryFile(const std::filesystem::path& target)
-        : target_(target), path_(target.string() + fmt::format(".{}.part", ::getpid())) {
-        descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-        if (descriptor_ < 0) fail(target_, errno);
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    ~TemporaryFile() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-        if (!moved_) ::unlink(path_.c_str());
-    }
-
-    void write(std::string_view bytes) {
-        while (!bytes.empty()) {
-            const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) fail(target_, errno);
-            bytes.remove_prefix(static_cast<std::size_t>(written));
-        }
-    }
-
-    /// Network file systems report a full disk here.
-    void close() {
-        const int result = ::close(descriptor_);
-        descriptor_ = -1;
-        if (result != 0 && errno != EINTR) fail(target_, errno);
-    }
-
-    void move_to_target() {
-        if (::rename(path_.c_str(), target_.c_str()) != 0) fail(target_, errno);
-        moved_ = true;
-    }
-
-private:
-    std::filesystem::path target_, path_;
-    int descriptor_ = -1;
-    bool moved_ = false;
-};
-
 }  // namespace
 
+WholeFile::WholeFile(const std::filesystem::path& target)
+    : target_(target), path_(target.string() + fmt::format(".{}.part", ::getpid())) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) fail(target_, errno);
+}
+
+WholeFile::~WholeFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!moved_) ::unlink(path_.c_str());
+}
+
+void WholeFile::write(std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail(target_, errno);
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+void WholeFile::close() {
+    // Network file systems report a full disk here.
+    const int result = ::close(descriptor_);
+    descriptor_ = -1;
+    if (result != 0 && errno != EINTR) fail(target_, errno);
+}
+
+void WholeFile::put_in_place() {
+    if (descriptor_ >= 0) close();
+    if (::rename(path_.c_str(), target_.c_str()) != 0) fail(target_, errno);
+    moved_ = true;
+}
+
 void write_file(const std::filesystem::path& file, std::string_view bytes) {
-    TemporaryFile temporary(file);
-    temporary.write(bytes);
-    temporary.close();
-    temporary.move_to_target();
+    WholeFile whole(file);
+    whole.write(bytes);
+    whole.put_in_place();
 }
 
 void make_writable_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw InputError(folder.string(), fmt::format("cannot be made: {}", error.message()));
-    TemporaryFile probe(folder / "probe");
+    WholeFile probe(folder / "probe");
     probe.write("naturel");
     probe.close();
 }

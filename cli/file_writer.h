@@ -4,6 +4,29 @@
 
 namespace naturel {
 
+/// A file that is written piece by piece beside its place, and vanishes with this object unless put there.
+/// Everything throws InputError with path and reason.
+class WholeFile {
+public:
+    explicit WholeFile(const std::filesystem::path& target);
+    WholeFile(const WholeFile&) = delete;
+    WholeFile& operator=(const WholeFile&) = delete;
+    ~WholeFile();
+
+    void write(std::string_view bytes);
+
+    /// The file is complete and stays beside its place.
+    void close();
+
+    /// close(), and rename to the target.
+    void put_in_place();
+
+private:
+    std::filesystem::path target_, path_;
+    int descriptor_ = -1;
+    bool moved_ = false;
+};
+
 /// Writes a file whole or not at all: beside its final place first, then renamed.
 /// Throws InputError with path and reason; nothing half-written remains.
 void write_file(const std::filesystem::path& file, std::string_view bytes);

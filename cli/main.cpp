@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cli/check.h"
+#include "cli/formfactors.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/sky.h"
@@ -41,6 +42,13 @@ ExitCode execute(const RunOptions& options) {
 ExitCode execute(const CheckOptions& options) {
     TerminalProgress progress(isatty(STDERR_FILENO) != 0, stop_requested);
     check(options, progress);
+    return ExitCode::done;
+}
+
+ExitCode execute(const FormFactorsOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    write_form_factors(options, progress);
     return ExitCode::done;
 }
 

@@ -134,6 +134,8 @@ void add_quality(CLI::App& app, QualityPreset& quality, const std::string& descr
         ->default_str(std::string(quality.name));
 }
 
+constexpr auto scene_group = "Instead of what the scene file says";
+
 /// Accuracy options as the command line has them. Those that were not given are the preset's.
 class AccuracyOptions {
 public:
@@ -186,7 +188,103 @@ void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_threads(app, options.threads);
     app.add_flag("--quiet", options.quiet, "no progress on the terminal");
     add_quality(app, options.quality, "lays the grid of this quality where the scene asks for none");
-    add_grid_spacing(app, options.grid_spacing_m)->group("Instead of what the scene file says");
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
+}
+
+/// words: the backends that may be named.
+void add_backend(CLI::App& app, std::string& backend, const std::vector<std::string>& words) {
+    app.add_option("--backend", backend, "visibility method")
+        ->type_name(fmt::format("{}", fmt::join(words, "|")))
+        ->check(CLI::Validator(
+            [words](std::string& word) {
+                return std::ranges::find(words, word) == words.end()
+                           ? fmt::format("unknown backend \"{}\" (known: {})", word, fmt::join(words, ", "))
+                           : std::string();
+            },
+            "", ""));
+}
+
+std::vector<std::string> single_backends() {
+    std::vector<std::string> words;
+    for (const Backend& backend : all_backends())
+        words.emplace_back(backend.name);
+    return words;
+}
+
+void add_form_factor_repair(CLI::App& app, FormFactorRepair& repair, const char* group) {
+    add_choice(app, "--form-factor-repair", repair, form_factor_repairs,
+               "what is done about form factors that break reciprocity or closure")
+        ->default_str(std::string(name_of(form_factor_repairs, repair)))
+        ->group(group);
+}
+
+/// The options of every backend, and the seed that they share.
+void add_backend_options(CLI::App& app, BackendOptions& backends, std::uint64_t& seed, AccuracyOptions& accuracy) {
+    app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
+
+    constexpr auto embree_group = "Backend embree";
+    EmbreeOptions& embree = backends.embree;
+    accuracy
+        .add(add_choice(app, "--form-factors", embree.form_factors, form_factor_methods,
+                        "form factors from rays all over each patch, or of every pair of patches in closed form past "
+                        "what stands between them"),
+             embree.form_factors, &QualityPreset::form_factors)
+        ->default_str(std::string(name_of(form_factor_methods, embree.form_factors)))
+        ->group(embree_group);
+    accuracy
+        .add(app.add_option("--pair-tolerance", embree.pair_tolerance,
+                            "pairwise: largest estimated error of a form factor"),
+             embree.pair_tolerance, &QualityPreset::pair_tolerance)
+        ->type_name("X")
+        ->check(within(1e-9, 0.1))
+        ->group(embree_group);
+    accuracy
+        .add(app.add_option("--rays", embree.rays_per_patch,
+                            "hemisphere: rays per patch for form factors, rounded up to a multiple of 256"),
+             embree.rays_per_patch, &QualityPreset::rays_per_patch)
+        ->type_name("N")
+        ->check(ray_count())
+        ->group(embree_group);
+    accuracy
+        .add(app.add_option("--rays-per-point", embree.rays_per_point,
+                            "hemisphere: rays per sensor for interreflected light, rounded up to a multiple of 256"),
+             embree.rays_per_point, &QualityPreset::rays_per_point)
+        ->type_name("N")
+        ->check(ray_count())
+        ->group(embree_group);
+
+    constexpr auto hemicube_group = "Backend hemicube";
+    HemicubeOptions& hemicube = backends.hemicube;
+    add_choice(app, "--projection", hemicube.surface, projection_surfaces,
+               "surface the scene is projected on")
+        ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
+        ->group(hemicube_group);
+    accuracy
+        .add(app.add_option("--cells", hemicube.resolution,
+                            "cells along a side of the square or of the top of the hemi-cube"),
+             hemicube.resolution, &QualityPreset::cells)
+        ->type_name("N")
+        ->check(within(1, 4096))
+        ->group(hemicube_group);
+    app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
+        ->type_name("X")
+        ->check(half_side())
+        ->group(hemicube_group);
+    add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
+        ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
+        ->group(hemicube_group);
+    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
+        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
+        ->group(hemicube_group);
+    app.add_option("--viewpoints", hemicube.viewpoints,
+                   "points of a patch from which its form factors are taken; 1: its centroid")
+        ->type_name("N")
+        ->check(within(1, 4096))
+        ->group(hemicube_group);
+    app.add_flag_callback(
+           "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
+           "do not turn the projection by a random angle about the normal")
+        ->group(hemicube_group);
 }
 
 void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
@@ -204,23 +302,13 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
     app.add_flag_callback(
         "--no-error-estimate", [&options] { options.error_estimate = false; },
         "do not compute some sensors again to estimate the error (saves up to a quarter of the time)");
-    app.add_option("--backend", options.backend, "visibility method")
-        ->type_name(fmt::format("{}", fmt::join(backend_words(), "|")))
-        ->check(CLI::Validator(
-            [](std::string& word) {
-                return backends_named(word).empty() ? fmt::format("unknown backend \"{}\" (known: {})", word,
-                                                                  fmt::join(backend_words(), ", "))
-                                                    : std::string();
-            },
-            "", ""));
+    add_backend(app, options.backend, backend_words());
     app.add_option("--out", options.out,
                    "folder for the results; each backend writes into a folder of its name there")
         ->type_name("DIR");
     add_threads(app, options.threads);
-    app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
     app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
 
-    constexpr auto scene_group = "Instead of what the scene file says";
     add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
     add_choice(app, "--direct", options.direct_method, direct_methods, "how direct illuminance is computed")
         ->group(scene_group);
@@ -269,10 +357,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
              options.daylight.node_indirect, &QualityPreset::node_indirect)
         ->default_str(std::string(name_of(indirect_methods, options.daylight.node_indirect)))
         ->group(light_group);
-    add_choice(app, "--form-factor-repair", options.daylight.form_factors.repair, form_factor_repairs,
-               "what is done about form factors that break reciprocity or closure")
-        ->default_str(std::string(name_of(form_factor_repairs, options.daylight.form_factors.repair)))
-        ->group(light_group);
+    add_form_factor_repair(app, options.daylight.form_factors.repair, light_group);
     accuracy
         .add(app.add_option("--radiosity-tolerance", options.daylight.radiosity.tolerance,
                             "bound on the relative error of the flux at which the iteration stops"),
@@ -286,55 +371,62 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->check(within(1, 1e9))
         ->group(light_group);
 
-    constexpr auto embree_group = "Backend embree";
-    EmbreeOptions& embree = options.backends.embree;
-    accuracy
-        .add(app.add_option("--rays", embree.rays_per_patch,
-                            "rays per patch for form factors, rounded up to a multiple of 256"),
-             embree.rays_per_patch, &QualityPreset::rays_per_patch)
-        ->type_name("N")
-        ->check(ray_count())
-        ->group(embree_group);
-    accuracy
-        .add(app.add_option("--rays-per-point", embree.rays_per_point,
-                            "rays per sensor for interreflected light, rounded up to a multiple of 256"),
-             embree.rays_per_point, &QualityPreset::rays_per_point)
-        ->type_name("N")
-        ->check(ray_count())
-        ->group(embree_group);
+    add_backend_options(app, options.backends, seed, accuracy);
+}
 
-    constexpr auto hemicube_group = "Backend hemicube";
-    HemicubeOptions& hemicube = options.backends.hemicube;
-    add_choice(app, "--projection", hemicube.surface, projection_surfaces,
-               "surface the scene is projected on")
-        ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
-        ->group(hemicube_group);
-    accuracy
-        .add(app.add_option("--cells", hemicube.resolution,
-                            "cells along a side of the square or of the top of the hemi-cube"),
-             hemicube.resolution, &QualityPreset::cells)
-        ->type_name("N")
-        ->check(within(1, 4096))
-        ->group(hemicube_group);
-    app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
-        ->type_name("X")
-        ->check(half_side())
-        ->group(hemicube_group);
-    add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
-        ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
-        ->group(hemicube_group);
-    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
-        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
-        ->group(hemicube_group);
-    app.add_option("--viewpoints", hemicube.viewpoints,
-                   "points of a patch from which its form factors are taken; 1: its centroid")
-        ->type_name("N")
-        ->check(within(1, 4096))
-        ->group(hemicube_group);
-    app.add_flag_callback(
-           "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
-           "do not turn the projection by a random angle about the normal")
-        ->group(hemicube_group);
+void add_check_options(CLI::App& app, CheckOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
+    options.backends = backend_options(options.quality);
+    add_scene(app, options.scene);
+    add_quality(app, options.quality, "lays the grid of this quality where the scene asks for none");
+    add_backend(app, options.backend, single_backends());
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
+    add_backend_options(app, options.backends, seed, accuracy);
+}
+
+void add_form_factors_options(CLI::App& app, FormFactorsOptions& options, std::uint64_t& seed,
+                              AccuracyOptions& accuracy) {
+    options.backends = backend_options(options.quality);
+    add_scene(app, options.scene);
+    add_quality(app, options.quality, "chooses the grid and every option of the backend that is not given");
+    add_backend(app, options.backend, single_backends());
+    app.add_option("--out", options.out,
+                   "file for the form factors; its ending says how: .csv, .npz (numpy, scipy) or .bin "
+                   "(docs/form_factor_files.md)")
+        ->type_name("FILE")
+        ->check(CLI::Validator(
+            [](std::string& name) {
+                const auto extension = std::filesystem::path(name).extension();
+                return extension == ".csv" || extension == ".npz" || extension == ".bin"
+                           ? std::string()
+                           : fmt::format("\"{}\" does not end in .csv, .npz or .bin", name);
+            },
+            "", ""));
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
+    add_form_factor_repair(app, options.repair, "Options");
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
+    add_backend_options(app, options.backends, seed, accuracy);
+}
+
+/// Options that the preset chooses take its values, unless given; those that would have no effect are refused.
+template <class Options>
+void finish(const CLI::App& command, const AccuracyOptions& accuracy, Options& options, std::uint64_t seed) {
+    accuracy.take_from(options.quality);
+    options.backends.hemicube.seed = seed;
+    options.backends.embree.seed = seed;
+    if (!command.parsed() || options.backend == "hemicube") return;
+    if (options.backends.embree.form_factors == FormFactorMethod::pairwise) {
+        for (const char* name : {"--rays", "--rays-per-point"})
+            if (command.get_option(name)->count() > 0)
+                throw CLI::ValidationError(
+                    name, fmt::format("pairs of patches need no rays (give \"--form-factors hemisphere\", too{})",
+                                      command.get_option("--form-factors")->count() > 0
+                                          ? std::string()
+                                          : fmt::format("; quality \"{}\" takes pairs", options.quality.name)));
+    } else if (command.get_option("--pair-tolerance")->count() > 0) {
+        throw CLI::ValidationError("--pair-tolerance",
+                                   "rays are cast without a tolerance (give \"--form-factors pairwise\", too)");
+    }
 }
 
 /// An option that says what a scene's key would say.
@@ -417,10 +509,12 @@ void add_sky_options(CLI::App& app, SkyOptions& options) {
 
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse_command_line(int argc, const char* const* argv) {
+std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOptions, SkyOptions> parse_command_line(
+    int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
-    run.threads = zones.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    FormFactorsOptions form_factors;
+    run.threads = zones.threads = form_factors.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
     std::uint64_t seed = run.backends.embree.seed;
     CheckOptions check;
 
@@ -438,8 +532,12 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse
     add_run_options(*run_command, run, seed, accuracy);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
-    add_scene(*check_command, check.scene);
-    add_quality(*check_command, check.quality, "lays the grid of this quality where the scene asks for none");
+    AccuracyOptions check_accuracy;
+    add_check_options(*check_command, check, seed, check_accuracy);
+    CLI::App* form_factors_command =
+        app.add_subcommand("formfactors", "write the form factors of a scene with their errors, and nothing else");
+    AccuracyOptions form_factors_accuracy;
+    add_form_factors_options(*form_factors_command, form_factors, seed, form_factors_accuracy);
     CLI::App* zones_command = app.add_subcommand(
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
@@ -457,15 +555,17 @@ std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, zones, sky)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, zones, sky)", app.remaining().front()));
+                    ? "missing command (known: run, check, formfactors, zones, sky)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, zones, sky)",
+                                  app.remaining().front()));
+        finish(*run_command, accuracy, run, seed);
+        finish(*check_command, check_accuracy, check, seed);
+        finish(*form_factors_command, form_factors_accuracy, form_factors, seed);
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
-    accuracy.take_from(run.quality);
-    run.backends.hemicube.seed = seed;
-    run.backends.embree.seed = seed;
     if (check_command->parsed()) return check;
+    if (form_factors_command->parsed()) return form_factors;
     if (zones_command->parsed()) return zones;
     if (sky_command->parsed()) return sky;
     return run;

@@ -53,7 +53,23 @@ struct RunOptions {
 /// `naturel check SCENE`
 struct CheckOptions {
     std::filesystem::path scene;
-    QualityPreset quality = normal_quality;  ///< whose grid is laid where the scene asks for none
+    std::string backend = default_backend();  ///< whose memory and time are forecast
+    QualityPreset quality = normal_quality;   ///< whose grid is laid where the scene asks for none
+    BackendOptions backends;
+    std::optional<double> grid_spacing_m;  ///< replaces what the scene file says
+};
+
+/// `naturel formfactors SCENE`
+struct FormFactorsOptions {
+    std::filesystem::path scene;
+    std::string backend = default_backend();  ///< one
+    std::filesystem::path out = "form_factors.csv";  ///< its ending chooses the format
+    int threads = 1;  ///< as RunOptions::threads
+    bool quiet = false;
+    QualityPreset quality = normal_quality;  ///< as RunOptions::quality
+    BackendOptions backends;
+    FormFactorRepair repair = FormFactorRepair::none;
+    std::optional<double> grid_spacing_m;  ///< replaces what the scene file says
 };
 
 /// `naturel zones SCENE`
@@ -81,6 +97,7 @@ struct SkyOptions {
 
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions, ZonesOptions, SkyOptions> parse_command_line(int argc, const char* const* argv);
+std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOptions, SkyOptions> parse_command_line(
+    int argc, const char* const* argv);
 
 }  // namespace naturel

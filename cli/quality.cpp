@@ -15,9 +15,9 @@ constexpr double not_named = 0.0;  // no spacing that a scene may ask for
 }  // namespace
 
 std::string quality_table() {
-    std::string table = fmt::format("{:28}", "Quality");
+    std::string table = fmt::format("{:30}", "Quality");
     const auto row = [&](std::string_view label, const auto& cell) {
-        table += fmt::format("\n  {:26}", label);
+        table += fmt::format("\n  {:28}", label);
         for (const QualityPreset& quality : quality_presets)
             table += fmt::format("{:>11}", cell(quality));
     };
@@ -30,8 +30,10 @@ std::string quality_table() {
     row("radiosity, tolerance", [](const auto& q) { return q.radiosity_tolerance; });
     row("IRC at nodes", [](const auto& q) { return name_of(indirect_methods, q.node_indirect); });
     row("IRC at sensors", [](const auto& q) { return name_of(indirect_methods, q.sensor_indirect); });
-    row("embree: rays per patch", [](const auto& q) { return q.rays_per_patch; });
-    row("embree: rays per point", [](const auto& q) { return q.rays_per_point; });
+    row("embree: form factors", [](const auto& q) { return name_of(form_factor_methods, q.form_factors); });
+    row("  pairwise: tolerance", [](const auto& q) { return q.pair_tolerance; });
+    row("  hemisphere: rays per patch", [](const auto& q) { return q.rays_per_patch; });
+    row("  and rays per point", [](const auto& q) { return q.rays_per_point; });
     row("hemicube: cells along side", [](const auto& q) { return q.cells; });
     return table +
            "\nOptions given here, and keys of the scene's \"grid\" and \"direct\", win over the table.";
@@ -47,6 +49,8 @@ SceneDefaults scene_defaults(const QualityPreset& quality) {
 
 BackendOptions backend_options(const QualityPreset& quality) {
     BackendOptions options;
+    options.embree.form_factors = quality.form_factors;
+    options.embree.pair_tolerance = quality.pair_tolerance;
     options.embree.rays_per_patch = quality.rays_per_patch;
     options.embree.rays_per_point = quality.rays_per_point;
     options.hemicube.resolution = quality.cells;

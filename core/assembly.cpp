@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <ranges>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -627,15 +628,30 @@ private:
 
 Building assemble(const Scene& scene) { return Assembler(scene).run(); }
 
-Medium medium_at(const Scene& scene, const glm::dvec3& point_m) {
+namespace {
+
+/// polyhedra: those to look at, the last ones of the scene first.
+template <class Polyhedra>
+Medium medium_among(const Scene& scene, const Polyhedra& polyhedra, const glm::dvec3& point_m) {
     bool carved = false;
-    for (auto p = scene.polyhedra.rbegin(); p != scene.polyhedra.rend(); ++p) {
-        if ((carved && p->effect == Effect::carve) || !contains(*p, point_m)) continue;
-        if (p->effect == Effect::fill) return carved ? Medium::indoor_air : Medium::solid;
+    for (const Polyhedron& p : polyhedra) {
+        if ((carved && p.effect == Effect::carve) || !contains(p, point_m)) continue;
+        if (p.effect == Effect::fill) return carved ? Medium::indoor_air : Medium::solid;
         carved = true;
     }
     if (point_m.z >= scene.ground.z_m) return Medium::outdoor_air;
     return carved ? Medium::indoor_air : Medium::solid;
+}
+
+}  // namespace
+
+Medium medium_at(const Scene& scene, const glm::dvec3& point_m) {
+    return medium_among(scene, std::views::reverse(scene.polyhedra), point_m);
+}
+
+Medium medium_at(const Scene& scene, std::span<const std::uint32_t> polyhedra, const glm::dvec3& point_m) {
+    const auto of_scene = [&](std::uint32_t k) -> const Polyhedron& { return scene.polyhedra[k]; };
+    return medium_among(scene, std::views::transform(std::views::reverse(polyhedra), of_scene), point_m);
 }
 
 Region indoor_air_at_height(const Scene& scene, double z_m) {

@@ -1,6 +1,8 @@
 #pragma once
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -74,6 +76,9 @@ enum class Medium { solid, indoor_air, outdoor_air };
 
 /// By membership in the list of polyhedra alone, i.e. without the polygons of the scene.
 Medium medium_at(const Scene& scene, const glm::dvec3& point_m);
+
+/// The same when only some of the polyhedra can hold the point: their numbers, increasing.
+Medium medium_at(const Scene& scene, std::span<const std::uint32_t> polyhedra, const glm::dvec3& point_m);
 
 /// Indoor air cut by the horizontal plane z, seen from above in the frame (origin (0,0,z), x east, y north).
 /// Rooms made of polygons count with what lies over their floors (indoor polygons that face up, below z).

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <glm/geometric.hpp>
+#include <optional>
 
+#include "core/box_index.h"
 #include "core/parallel.h"
 
 namespace naturel {
@@ -133,22 +135,43 @@ std::vector<LightBySource> node_means(const PatchGrid& grid, std::span<const Lig
     return sums;
 }
 
-// The patch a sensor lies on; none in the air.
-PatchId patch_under(const Building& building, const PatchGrid& grid, const GatherPoint& point) {
-    constexpr double touching_m = 1e-3;
-    for (const Facet& facet : building.facets) {
-        if (facet.environment != Environment::indoor || facet.is_aperture) continue;
-        const double height = glm::dot(point.position_m - facet.vertices_m[0], facet.normal);
-        if (height < 0.0 || height > touching_m || glm::dot(point.normal, facet.normal) < 1.0 - 1e-6) continue;
-        bool inside = true;
-        for (std::size_t i = 0; i < facet.vertices_m.size(); ++i) {
-            const dvec3 edge = facet.vertices_m[(i + 1) % facet.vertices_m.size()] - facet.vertices_m[i];
-            inside = inside && glm::dot(glm::cross(facet.normal, edge), point.position_m - facet.vertices_m[i]) >= 0.0;
+/// Finds the patches that sensors lie on.
+class PatchesUnderPoints {
+public:
+    PatchesUnderPoints(const Building& building, const PatchGrid& grid)
+        : building_(building), grid_(grid), facets_(boxes(building)) {}
+
+    /// None in the air. near: scratch.
+    PatchId patch_under(const GatherPoint& point, std::vector<std::uint32_t>& near) const {
+        facets_.containing(point.position_m, near);
+        for (const std::uint32_t f : near) {
+            const Facet& facet = building_.facets[f];
+            if (facet.environment != Environment::indoor || facet.is_aperture) continue;
+            const double height = glm::dot(point.position_m - facet.vertices_m[0], facet.normal);
+            if (height < 0.0 || height > touching_m || glm::dot(point.normal, facet.normal) < 1.0 - 1e-6) continue;
+            bool inside = true;
+            for (std::size_t i = 0; i < facet.vertices_m.size(); ++i) {
+                const dvec3 edge = facet.vertices_m[(i + 1) % facet.vertices_m.size()] - facet.vertices_m[i];
+                inside = inside && glm::dot(glm::cross(facet.normal, edge), point.position_m - facet.vertices_m[i]) >= 0.0;
+            }
+            if (inside) return grid_.patch_at(facet.face, point.position_m);
         }
-        if (inside) return grid.patch_at(facet.face, point.position_m);
+        return PatchId::none;
     }
-    return PatchId::none;
-}
+
+private:
+    static constexpr double touching_m = 1e-3;
+
+    static std::vector<Box> boxes(const Building& building) {
+        std::vector<Box> list;
+        for (const Facet& facet : building.facets) list.push_back(box_around(facet.vertices_m, 2.0 * touching_m));
+        return list;
+    }
+
+    const Building& building_;
+    const PatchGrid& grid_;
+    BoxIndex facets_;
+};
 
 }  // namespace
 
@@ -164,7 +187,10 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
     const DirectLight direct(scene, building, grid, outdoors, visibility);
     const FacetTree tree(building);
     std::vector<PointIlluminance> values(sensors.size());
+    std::optional<PatchesUnderPoints> patches;
+    if (options.sensor_indirect == IndirectMethod::patch) patches.emplace(building, grid);
     ThreadScratch<FormFactorRow> scratch;
+    ThreadScratch<std::vector<std::uint32_t>> near;
     parallel_stage("sensors", sensors.size(), 2, progress, [&](std::size_t s) {
         const Sensor& sensor = sensors[s];
         PointIlluminance& value = values[s];
@@ -174,8 +200,7 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
             value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx, open.ground_lx};
         } else if (sensor.medium == Medium::indoor_air) {
             value.direct = direct.at(sensor.point);
-            const PatchId under = options.sensor_indirect == IndirectMethod::patch ? patch_under(building, grid, sensor.point)
-                                                                                   : PatchId::none;
+            const PatchId under = patches ? patches->patch_under(sensor.point, near.local()) : PatchId::none;
             value.indirect_lx = under != PatchId::none ? radiosity.indirect_illuminance_lx[index(under)]
                                                        : gather(visibility, sensor.point, radiosity.exitance_lm_m2,
                                                                 options.form_factors.repair, scratch.local());

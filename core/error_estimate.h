@@ -15,7 +15,7 @@ struct ErrorEstimate {
     std::size_t points = 0;  ///< sensors looked at
     double sampling = 0.0;   ///< of the visibility method at the sensor: noise of rays, aliasing of cells
     std::optional<double>
-        grid;             ///< patches of one exitance; empty where a coarser grid would have cost too much
+        grid{};           ///< patches of one exitance; empty where a coarser grid would have cost too much
     double direct = 0.0;  ///< numerical integration over the apertures
 
     /// The parts are independent: root of the sum of their squares.
@@ -24,7 +24,7 @@ struct ErrorEstimate {
 
 /// The visibility methods that a solution is compared with.
 enum class Companion {
-    other_seed,   ///< as that of the solution, with other random numbers
+    other_seed,   ///< as that of the solution, with other random numbers, or more exact where it uses none
     coarse_rows,  ///< as that of the solution at a point; rows of patches may be coarser
 };
 using MakeCompanion = std::function<std::unique_ptr<Visibility>(const PatchGrid&, Companion)>;

@@ -305,9 +305,26 @@ double change(const FormFactors& raw, const FormFactors& repaired, const std::ve
 
 }  // namespace
 
+std::vector<double> reciprocity_gaps(const FormFactors& form_factors, const PatchGrid& grid) {
+    NATUREL_EXPECT(form_factors.row_count() <= grid.patches.size());
+    const SparseRows transposed = transpose(form_factors);
+    std::vector<double> gaps(form_factors.row_count());
+    parallel_for(gaps.size(), 16, [&](std::size_t i) {
+        double gap = 0.0, exchanged = 0.0;
+        for_each_exchange(form_factors, transposed, i, [&](std::uint32_t j, double f_ij, double f_ji) {
+            const double there = grid.patches[i].area_m2 * f_ij, back = grid.patches[j].area_m2 * f_ji;
+            gap += std::abs(there - back);
+            exchanged += there + back;
+        });
+        gaps[i] = exchanged > 0.0 ? gap / exchanged : 0.0;
+    });
+    return gaps;
+}
+
 FormFactorSample sample_form_factors(const Visibility& visibility, const PatchGrid& grid, Progress& progress) {
-    // About this many rows in all, but one of every face: enough for a forecast within some percent.
-    constexpr std::size_t wanted_rows = 512;
+    // About 512 rows in all, but one of every face: enough for a forecast within some percent. Fewer where rows are so long that
+    // a method that looks at each pair would take minutes.
+    const std::size_t wanted_rows = std::clamp<std::size_t>(20'000'000 / std::max<std::size_t>(1, grid.gather_patch_count), 64, 512);
     const std::size_t step = std::max<std::size_t>(1, grid.gather_patch_count / wanted_rows);
     std::vector<PatchId> chosen;
     for (std::size_t k = 0; k < grid.gather_patch_count; ++k)

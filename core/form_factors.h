@@ -44,6 +44,10 @@ struct FormFactorOptions {
     bool errors = false;  ///< keep the estimated error of every value; repaired values may have none
 };
 
+/// Each row's own share of FormFactorQuality::reciprocity_gap, of the values as they are: [row],
+/// sum_j |A_i F_ij - A_j F_ji| / sum_j (A_i F_ij + A_j F_ji); 0 for an empty row.
+std::vector<double> reciprocity_gaps(const FormFactors& form_factors, const PatchGrid& grid);
+
 /// Rows of some patches of every face: what all rows will be like.
 struct FormFactorSample {
     double mean_row_length = 0.0;  ///< entries

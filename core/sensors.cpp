@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "core/box_index.h"
 #include "core/polyhedra.h"
 
 namespace naturel {
@@ -26,18 +27,64 @@ bool lies_on(const Facet& facet, const dvec3& point_m) {
     return true;
 }
 
-// Membership knows polyhedra alone. Where nothing is carved and polygons face indoor air, they enclose the rooms, and only
-// what is filled is certain.
-Medium medium_of(const Scene& scene, const dvec3& point_m) {
-    const bool carved = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
-                                    [](const Polyhedron& p) { return p.effect == Effect::carve; });
-    const bool faces_indoors = std::any_of(scene.polygons.begin(), scene.polygons.end(),
-                                           [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
-    if (carved || !faces_indoors) return medium_at(scene, point_m);
-    const bool filled = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
-                                    [&](const Polyhedron& p) { return contains(p, point_m); });
-    return filled ? Medium::solid : Medium::indoor_air;
-}
+/// Where points are: on which facets, in what medium. Asks only what is near.
+class Surroundings {
+public:
+    Surroundings(const Scene& scene, const Building& building)
+        : scene_(scene), building_(building), facets_(boxes(building)), polyhedra_(boxes(scene)) {
+        // Membership knows polyhedra alone. Where nothing is carved and polygons face indoor air, they enclose the rooms, and
+        // only what is filled is certain.
+        const bool carved = std::any_of(scene.polyhedra.begin(), scene.polyhedra.end(),
+                                        [](const Polyhedron& p) { return p.effect == Effect::carve; });
+        const bool faces_indoors = std::any_of(scene.polygons.begin(), scene.polygons.end(),
+                                               [](const SurfacePolygon& p) { return p.side == Environment::indoor; });
+        rooms_of_polygons_ = !carved && faces_indoors;
+    }
+
+    /// Moved off the facets that it lies on.
+    dvec3 lifted(dvec3 position_m) {
+        facets_.containing(position_m, near_);
+        for (const std::uint32_t f : near_) {
+            const Facet& facet = building_.facets[f];
+            if (!facet.is_aperture && lies_on(facet, position_m)) position_m += lift_m * facet.normal;
+        }
+        return position_m;
+    }
+
+    Medium medium_of(const dvec3& point_m) {
+        polyhedra_.containing(point_m, near_);
+        if (!rooms_of_polygons_) return medium_at(scene_, near_, point_m);
+        const bool filled =
+            std::any_of(near_.begin(), near_.end(), [&](std::uint32_t k) { return contains(scene_.polyhedra[k], point_m); });
+        return filled ? Medium::solid : Medium::indoor_air;
+    }
+
+private:
+    // A point may be lifted off several facets, one after the other.
+    static constexpr double near_m = 100.0 * lift_m;
+
+    static std::vector<Box> boxes(const Building& building) {
+        std::vector<Box> list;
+        for (const Facet& facet : building.facets) list.push_back(box_around(facet.vertices_m, near_m));
+        return list;
+    }
+    static std::vector<Box> boxes(const Scene& scene) {
+        std::vector<Box> list;
+        for (const Polyhedron& polyhedron : scene.polyhedra) {
+            std::vector<dvec3> corners_m;
+            for (const PolyhedronFace& face : polyhedron_faces(polyhedron))
+                corners_m.insert(corners_m.end(), face.vertices_m.begin(), face.vertices_m.end());
+            list.push_back(box_around(corners_m, near_m));
+        }
+        return list;
+    }
+
+    const Scene& scene_;
+    const Building& building_;
+    BoxIndex facets_, polyhedra_;
+    bool rooms_of_polygons_ = false;
+    std::vector<std::uint32_t> near_;
+};
 
 struct Extent {
     double low_m, high_m;
@@ -47,20 +94,31 @@ struct Extent {
 // not shift the grid of the room.
 Extent main_extent(const Region& room, const PlaneFrame& plane) {
     std::vector<ClipperLib::cInt> levels;
-    ClipperLib::cInt left = room[0][0].X, right = left;
+    ClipperLib::cInt left = room[0][0].X;
     for (const Ring& ring : room) {
         for (const PlanePoint& p : ring) {
             levels.push_back(p.Y);
-            left = std::min(left, p.X), right = std::max(right, p.X);
+            left = std::min(left, p.X);
         }
     }
     std::sort(levels.begin(), levels.end());
-    std::vector<double> width(levels.size(), 0.0);  // mean width from one level to the next
-    for (std::size_t i = 0; i + 1 < levels.size(); ++i) {
-        const double height_m = static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre;
-        if (height_m < 1e-6) continue;
-        const Ring strip{{left, levels[i]}, {right, levels[i]}, {right, levels[i + 1]}, {left, levels[i + 1]}};
-        width[i] = area_m2(intersect(room, {strip})) / height_m;
+    levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+    // Width half-way from one level to the next, where no edge begins or ends; edges that go up have the room on their left.
+    std::vector<double> width(levels.size(), 0.0);
+    for (const Ring& ring : room) {
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+            const PlanePoint &a = ring[k], &b = ring[(k + 1) % ring.size()];
+            const auto number = [&](ClipperLib::cInt y) {
+                return static_cast<std::size_t>(std::lower_bound(levels.begin(), levels.end(), y) - levels.begin());
+            };
+            const double slope = a.Y == b.Y ? 0.0 : static_cast<double>(b.X - a.X) / static_cast<double>(b.Y - a.Y);
+            for (std::size_t i = number(std::min(a.Y, b.Y)); i < number(std::max(a.Y, b.Y)); ++i) {
+                // Steps of some nanometres come from rounding and count for nothing.
+                if (static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre < 1e-6) continue;
+                const double up = 0.5 * static_cast<double>(levels[i] - a.Y + levels[i + 1] - a.Y);
+                width[i] += (b.Y > a.Y ? 1.0 : -1.0) * (static_cast<double>(a.X - left) + slope * up);
+            }
+        }
     }
     const double widest = *std::max_element(width.begin(), width.end());
     std::size_t first = 0, last = width.size() - 1;
@@ -111,16 +169,16 @@ std::vector<dvec3> grid_points(const Scene& scene, const SensorGrid& grid) {
 
 std::vector<Sensor> place_sensors(const Scene& scene, const Building& building) {
     std::vector<Sensor> sensors;
+    Surroundings surroundings(scene, building);
     for (std::size_t s = 0; s < scene.sensors.size(); ++s) {
         const SensorSet& set = scene.sensors[s];
         std::size_t number = 0;
-        const auto add = [&](dvec3 position_m, const dvec3& normal) {
-            for (const Facet& facet : building.facets)
-                if (!facet.is_aperture && lies_on(facet, position_m)) position_m += lift_m * facet.normal;
+        const auto add = [&](const dvec3& given_m, const dvec3& normal) {
+            const dvec3 position_m = surroundings.lifted(given_m);
             sensors.push_back({.set = s,
                                .id = set.id + "/" + std::to_string(++number),
                                .point = {position_m, normal},
-                               .medium = medium_of(scene, position_m)});
+                               .medium = surroundings.medium_of(position_m)});
         };
         if (set.grid) {
             for (const dvec3& position_m : grid_points(scene, *set.grid)) add(position_m, {0, 0, 1});

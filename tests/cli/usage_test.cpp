@@ -23,14 +23,14 @@ TEST_CASE("help names every command and option on stdout", "[cli]") {
     const Outcome general = run_naturel({"--help"});
     CHECK(general.exit_code == 0);
     CHECK(general.errors.empty());
-    for (const char* word : {"run", "check", "zones", "sky", "--version"}) {
+    for (const char* word : {"run", "check", "formfactors", "zones", "sky", "--version"}) {
         INFO(word);
         CHECK(general.output.find(word) != std::string::npos);
     }
     const Outcome run = run_naturel({"run", "--help"});
     CHECK(run.exit_code == 0);
     for (const char* word :
-         {"--backend", "--out", "--threads", "--seed", "--quiet", "--irc", "--form-factor-repair", "--rays",
+         {"--backend", "--out", "--threads", "--seed", "--quiet", "--irc", "--form-factor-repair", "--form-factors", "--pair-tolerance", "--rays",
           "--rays-per-point", "--projection", "--cells", "--half-side-over-height", "--spacing",
           "--fixed-rotation", "--grid-spacing", "--direct", "--tolerance"}) {
         INFO(word);
@@ -49,8 +49,8 @@ TEST_CASE("the version names the program and its backends", "[cli]") {
 }
 
 TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cli]") {
-    check_failure(run_naturel({}), 2, "known: run, check, zones, sky");
-    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, zones, sky)");
+    check_failure(run_naturel({}), 2, "known: run, check, formfactors, zones, sky");
+    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, formfactors, zones, sky)");
     check_failure(run_naturel({"run"}), 2, "SCENE is required");
     check_failure(run_naturel({"run", "room.json", "--backend", "crystal_ball"}), 2,
                   "unknown backend \"crystal_ball\" (known: hemicube");

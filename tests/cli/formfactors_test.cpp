@@ -1,0 +1,391 @@
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/catch.h"
+#include "tests/cli/program.h"
+
+using namespace naturel::tests;
+
+namespace {
+
+/// What every file of form factors holds, whatever its form.
+struct Rows {
+    std::vector<std::uint64_t> begin;
+    std::vector<std::uint32_t> column;
+    std::vector<double> value;
+    std::vector<float> error;
+    std::vector<double> area_m2, centre_m, normal, row_sum, lost, truncated, reciprocity_gap;
+    std::vector<std::string> face;  ///< [rows], names
+    std::string description;
+
+    std::size_t count() const { return begin.size() - 1; }
+};
+
+template <class T>
+T number_at(std::string_view bytes, std::size_t offset) {
+    REQUIRE(offset + sizeof(T) <= bytes.size());
+    T number;
+    std::memcpy(&number, bytes.data() + offset, sizeof number);
+    return number;
+}
+
+template <class T>
+std::vector<T> array_of(std::string_view bytes) {
+    REQUIRE(bytes.size() % sizeof(T) == 0);
+    std::vector<T> values(bytes.size() / sizeof(T));
+    std::memcpy(values.data(), bytes.data(), bytes.size());
+    return values;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);)
+        lines.push_back(line);
+    return lines;
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+    std::vector<std::string> cells(1);
+    bool quoted = false;
+    for (const char c : line) {
+        if (c == '"')
+            quoted = !quoted;
+        else if (c == ',' && !quoted)
+            cells.emplace_back();
+        else
+            cells.back() += c;
+    }
+    return cells;
+}
+
+Rows read_csv(const std::filesystem::path& file) {
+    Rows rows;
+    auto beside = file;
+    const std::vector<std::string> patches = lines_of(content_of(beside.replace_extension(".patches.csv")));
+    rows.description = content_of(beside.replace_extension("").replace_extension(".json"));
+    REQUIRE(patches.at(0) == "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,reciprocity_gap");
+    for (std::size_t i = 1; i < patches.size(); ++i) {
+        const auto cells = cells_of(patches[i]);
+        REQUIRE(cells.size() == 13);
+        CHECK(cells[0] == std::to_string(i - 1));
+        const auto number = [&](std::size_t k) { return std::stod(cells[k]); };
+        rows.face.push_back(cells[1]);
+        rows.area_m2.push_back(number(2));
+        for (std::size_t k : {3u, 4u, 5u}) rows.centre_m.push_back(number(k));
+        for (std::size_t k : {6u, 7u, 8u}) rows.normal.push_back(number(k));
+        rows.row_sum.push_back(number(9));
+        rows.lost.push_back(number(10));
+        rows.truncated.push_back(number(11));
+        rows.reciprocity_gap.push_back(number(12));
+    }
+    const std::vector<std::string> entries = lines_of(content_of(file));
+    REQUIRE(entries.at(0) == "row,column,form_factor,error");
+    rows.begin.assign(patches.size(), 0);
+    for (std::size_t e = 1; e < entries.size(); ++e) {
+        const auto cells = cells_of(entries[e]);
+        REQUIRE(cells.size() == 4);
+        ++rows.begin.at(std::stoul(cells[0]) + 1);
+        rows.column.push_back(static_cast<std::uint32_t>(std::stoul(cells[1])));
+        rows.value.push_back(std::stod(cells[2]));
+        if (!cells[3].empty()) rows.error.push_back(std::stof(cells[3]));
+    }
+    for (std::size_t i = 1; i < rows.begin.size(); ++i)
+        rows.begin[i] += rows.begin[i - 1];
+    return rows;
+}
+
+/// CRC-32 bit by bit.
+std::uint32_t crc_of(std::string_view bytes) {
+    std::uint32_t crc = ~0u;
+    for (const char c : bytes) {
+        crc ^= static_cast<unsigned char>(c);
+        for (int bit = 0; bit < 8; ++bit)
+            crc = (crc >> 1) ^ ((crc & 1u) != 0 ? 0xedb88320u : 0u);
+    }
+    return ~crc;
+}
+
+/// Content of the files of an archive of stored files, found through its directory.
+std::map<std::string, std::string> unzip(std::string_view archive) {
+    std::map<std::string, std::string> files;
+    REQUIRE(archive.size() > 22);
+    const std::size_t end = archive.size() - 22;
+    REQUIRE(number_at<std::uint32_t>(archive, end) == 0x06054b50u);
+    const auto entries = number_at<std::uint16_t>(archive, end + 10);
+    std::size_t at = number_at<std::uint32_t>(archive, end + 16);
+    CHECK(at + number_at<std::uint32_t>(archive, end + 12) == end);
+    for (unsigned k = 0; k < entries; ++k) {
+        REQUIRE(number_at<std::uint32_t>(archive, at) == 0x02014b50u);
+        CHECK(number_at<std::uint16_t>(archive, at + 10) == 0);  // stored
+        const auto crc = number_at<std::uint32_t>(archive, at + 16);
+        const auto size = number_at<std::uint32_t>(archive, at + 24);
+        CHECK(number_at<std::uint32_t>(archive, at + 20) == size);
+        const auto name_size = number_at<std::uint16_t>(archive, at + 28);
+        const std::string name(archive.substr(at + 46, name_size));
+        const std::size_t local = number_at<std::uint32_t>(archive, at + 42);
+        REQUIRE(number_at<std::uint32_t>(archive, local) == 0x04034b50u);
+        CHECK(number_at<std::uint32_t>(archive, local + 14) == crc);
+        CHECK(number_at<std::uint32_t>(archive, local + 22) == size);
+        CHECK(archive.substr(local + 30, number_at<std::uint16_t>(archive, local + 26)) == name);
+        const std::size_t data = local + 30 + name_size + number_at<std::uint16_t>(archive, local + 28);
+        REQUIRE(data + size <= archive.size());
+        files[name] = archive.substr(data, size);
+        CHECK(crc_of(files[name]) == crc);
+        at += 46 + name_size + number_at<std::uint16_t>(archive, at + 30) + number_at<std::uint16_t>(archive, at + 32);
+    }
+    CHECK(at == end);
+    return files;
+}
+
+struct Array {
+    std::string header, data;
+};
+
+/// NPY version 1.0.
+Array npy(const std::map<std::string, std::string>& files, const std::string& name) {
+    INFO(name);
+    const auto found = files.find(name + ".npy");
+    REQUIRE(found != files.end());
+    const std::string& bytes = found->second;
+    REQUIRE(bytes.substr(0, 8) == std::string("\x93NUMPY\x01\x00", 8));
+    const std::size_t length = number_at<std::uint16_t>(bytes, 8);
+    CHECK((10 + length) % 64 == 0);
+    CHECK(bytes.at(10 + length - 1) == '\n');
+    return {bytes.substr(10, length), bytes.substr(10 + length)};
+}
+
+Rows read_npz(const std::filesystem::path& file) {
+    const auto files = unzip(content_of(file));
+    const auto typed = [&](const std::string& name, const std::string& type) {
+        const Array array = npy(files, name);
+        INFO(name << ": " << array.header);
+        CHECK(array.header.find("'descr': '" + type + "'") != std::string::npos);
+        CHECK(array.header.find("'fortran_order': False") != std::string::npos);
+        return array.data;
+    };
+    Rows rows;
+    CHECK(typed("format", "|S3") == "csr");
+    for (const std::int64_t begin : array_of<std::int64_t>(typed("indptr", "<i8")))
+        rows.begin.push_back(static_cast<std::uint64_t>(begin));
+    const auto count = static_cast<std::int64_t>(rows.count());
+    CHECK(array_of<std::int64_t>(typed("shape", "<i8")) == std::vector<std::int64_t>{count, count});
+    rows.column = array_of<std::uint32_t>(typed("indices", "<i4"));
+    rows.value = array_of<double>(typed("data", "<f8"));
+    if (files.count("error.npy") > 0) rows.error = array_of<float>(typed("error", "<f4"));
+    rows.area_m2 = array_of<double>(typed("area_m2", "<f8"));
+    rows.centre_m = array_of<double>(typed("centre_m", "<f8"));
+    CHECK(npy(files, "centre_m").header.find("'shape': (" + std::to_string(count) + ", 3)") != std::string::npos);
+    rows.normal = array_of<double>(typed("normal", "<f8"));
+    rows.row_sum = array_of<double>(typed("row_sum", "<f8"));
+    rows.lost = array_of<double>(typed("lost", "<f8"));
+    rows.truncated = array_of<double>(typed("truncated", "<f8"));
+    rows.reciprocity_gap = array_of<double>(typed("reciprocity_gap", "<f8"));
+    const Array names = npy(files, "face_names");
+    const std::size_t width = std::stoul(names.header.substr(names.header.find("|S") + 2));
+    for (const std::uint32_t face : array_of<std::uint32_t>(typed("face", "<u4"))) {
+        const std::string padded = names.data.substr(face * width, width);
+        rows.face.push_back(padded.substr(0, padded.find('\0')));
+    }
+    rows.description = npy(files, "description").data;
+    return rows;
+}
+
+Rows read_binary(const std::filesystem::path& file) {
+    const std::string bytes = content_of(file);
+    REQUIRE(bytes.substr(0, 8) == "NATURLFF");
+    REQUIRE(number_at<std::uint32_t>(bytes, 8) == 1);
+    const bool has_errors = (number_at<std::uint32_t>(bytes, 12) & 1u) != 0;
+    const auto n = number_at<std::uint64_t>(bytes, 16), entries = number_at<std::uint64_t>(bytes, 24);
+    const auto faces = number_at<std::uint64_t>(bytes, 32);
+    const auto description = number_at<std::uint64_t>(bytes, 40), names = number_at<std::uint64_t>(bytes, 48);
+    std::size_t at = 56;
+    const auto next = [&](std::uint64_t size) {
+        REQUIRE(at + size <= bytes.size());
+        const std::string_view part = std::string_view(bytes).substr(at, size);
+        at += (size + 7) / 8 * 8;
+        return part;
+    };
+    Rows rows;
+    rows.description = next(description);
+    const auto face_names = lines_of(std::string(next(names)));
+    REQUIRE(face_names.size() == faces);
+    rows.area_m2 = array_of<double>(next(8 * n));
+    rows.centre_m = array_of<double>(next(24 * n));
+    rows.normal = array_of<double>(next(24 * n));
+    for (const std::uint32_t face : array_of<std::uint32_t>(next(4 * n)))
+        rows.face.push_back(face_names.at(face));
+    rows.row_sum = array_of<double>(next(8 * n));
+    rows.lost = array_of<double>(next(8 * n));
+    rows.truncated = array_of<double>(next(8 * n));
+    rows.reciprocity_gap = array_of<double>(next(8 * n));
+    rows.begin = array_of<std::uint64_t>(next(8 * (n + 1)));
+    rows.column = array_of<std::uint32_t>(next(4 * entries));
+    rows.value = array_of<double>(next(8 * entries));
+    if (has_errors) rows.error = array_of<float>(next(4 * entries));
+    CHECK(at == bytes.size());
+    return rows;
+}
+
+Rows read_rows(const std::filesystem::path& file) {
+    if (file.extension() == ".csv") return read_csv(file);
+    return file.extension() == ".npz" ? read_npz(file) : read_binary(file);
+}
+
+/// A folder with the small room and what formfactors makes of it.
+struct Workshop {
+    Workshop() { write(folder / "room.json", small_room); }
+    Outcome make(const std::string& name, std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(),
+                         {"formfactors", (folder / "room.json").string(), "--out", (folder / name).string()});
+        return run_naturel(arguments);
+    }
+    TemporaryFolder folder;
+};
+
+}  // namespace
+
+TEST_CASE("a file of form factors holds the same in each of its forms", "[cli][form_factors]") {
+    const Workshop workshop;
+    for (const std::string& backend : backend_names()) {
+        INFO(backend);
+        Rows first;
+        for (const char* name : {"f.csv", "f.npz", "f.bin"}) {
+            INFO(name);
+            const Outcome outcome = workshop.make(name, {"--backend", backend, "--quality", "draft"});
+            INFO(outcome.errors);
+            REQUIRE(outcome.exit_code == 0);
+            const Rows rows = read_rows(workshop.folder / name);
+            if (first.value.empty()) first = rows;
+            // Numbers in CSV files have as many digits as it takes to read them back to the last bit.
+            CHECK(rows.begin == first.begin);
+            CHECK(rows.column == first.column);
+            CHECK(rows.value == first.value);
+            CHECK(rows.error == first.error);
+            CHECK(rows.area_m2 == first.area_m2);
+            CHECK(rows.centre_m == first.centre_m);
+            CHECK(rows.normal == first.normal);
+            CHECK(rows.face == first.face);
+            CHECK(rows.row_sum == first.row_sum);
+            CHECK(rows.lost == first.lost);
+            CHECK(rows.truncated == first.truncated);
+            CHECK(rows.reciprocity_gap == first.reciprocity_gap);
+            CHECK(rows.description == first.description);
+        }
+        const auto description = nlohmann::json::parse(first.description);
+        CHECK(description["backend"]["name"] == backend);
+        CHECK(description["entries"] == first.value.size());
+        CHECK(description["rows"] == first.count());
+    }
+}
+
+TEST_CASE("a file of form factors fits the room, and its sums and gaps are those of its values", "[cli][form_factors]") {
+    const Workshop workshop;
+    for (const std::string& backend : backend_names()) {
+        for (const char* repair : {"none", "reciprocal"}) {
+            INFO(backend << ", repair " << repair);
+            REQUIRE(workshop.make("f.bin", {"--backend", backend, "--quality", "draft", "--form-factor-repair", repair})
+                        .exit_code == 0);
+            const Rows rows = read_rows(workshop.folder / "f.bin");
+            REQUIRE(rows.begin.back() == rows.value.size());
+            double area_m2 = 0.0;
+            for (const double area : rows.area_m2)
+                area_m2 += area;
+            // Floor and ceiling 3 x 3 m, walls 4 x 3 x 2.5 m, the reveal of a window of 2 x 1.5 m, 0.5 m deep; the window's
+            // opening in the wall comes back as the aperture at the end of the reveal.
+            CHECK(std::abs(area_m2 - (18.0 + 30.0 + 3.5)) < 1e-9);
+            std::map<std::pair<std::uint32_t, std::uint32_t>, double> exchange;
+            for (std::uint32_t i = 0; i < rows.count(); ++i)
+                for (std::size_t e = rows.begin[i]; e < rows.begin[i + 1]; ++e)
+                    exchange[{i, rows.column[e]}] = rows.area_m2[i] * rows.value[e];
+            for (std::uint32_t i = 0; i < rows.count(); ++i) {
+                double sum = 0.0, gap = 0.0, all = 0.0;
+                for (std::uint32_t j = 0; j < rows.count(); ++j) {
+                    const auto there = exchange.find({i, j}), back = exchange.find({j, i});
+                    const double a = there == exchange.end() ? 0.0 : there->second;
+                    const double b = back == exchange.end() ? 0.0 : back->second;
+                    sum += a / rows.area_m2[i];
+                    gap += std::abs(a - b);
+                    all += a + b;
+                }
+                // Rounding alone: some hundred terms of order 1.
+                CHECK(std::abs(sum - rows.row_sum[i]) < 1e-12);
+                CHECK(std::abs(gap / all - rows.reciprocity_gap[i]) < 1e-12);
+                // Rays and cells of a closed room all meet something; the repair meets its targets to 1e-10.
+                CHECK(std::abs(sum + rows.lost[i] + rows.truncated[i] - 1.0) < 1e-9);
+                if (std::string_view(repair) == "reciprocal") CHECK(rows.reciprocity_gap[i] < 1e-12);
+            }
+        }
+    }
+}
+
+#ifdef NATUREL_HAS_EMBREE
+TEST_CASE("pairs of patches come with estimated errors within the tolerance, and agree with rays", "[cli][form_factors]") {
+    const Workshop workshop;
+    REQUIRE(workshop.make("pairs.npz", {"--form-factors", "pairwise", "--pair-tolerance", "1e-5"}).exit_code == 0);
+    REQUIRE(workshop.make("rays.npz", {"--rays", "65536"}).exit_code == 0);
+    const Rows pairs = read_rows(workshop.folder / "pairs.npz"), rays = read_rows(workshop.folder / "rays.npz");
+    CHECK(nlohmann::json::parse(pairs.description)["backend"]["settings"]["form_factors"] == "pairwise");
+    REQUIRE(pairs.error.size() == pairs.value.size());
+    for (std::size_t i = 0; i < pairs.count(); ++i) {
+        // Both directions are computed at once, to rounding of products of areas.
+        CHECK(pairs.reciprocity_gap[i] < 1e-13);
+        for (std::size_t e = pairs.begin[i]; e < pairs.begin[i + 1]; ++e)
+            // The tolerance is for what occluders hide; the closed form has an error of its own, far smaller.
+            CHECK(static_cast<double>(pairs.error[e]) <= 1.01e-5);
+    }
+    std::map<std::pair<std::size_t, std::uint32_t>, double> exact;
+    for (std::size_t i = 0; i < pairs.count(); ++i)
+        for (std::size_t e = pairs.begin[i]; e < pairs.begin[i + 1]; ++e)
+            exact[{i, pairs.column[e]}] = pairs.value[e];
+    REQUIRE(rays.count() == pairs.count());
+    for (std::size_t i = 0; i < rays.count(); ++i)
+        for (std::size_t e = rays.begin[i]; e < rays.begin[i + 1]; ++e) {
+            const double f = exact[{i, rays.column[e]}];
+            // Five standard deviations of 65536 independent rays; strata are better than that.
+            CHECK(std::abs(rays.value[e] - f) < 5.0 * std::sqrt((f + 1e-4) / 65536.0));
+        }
+}
+#endif
+
+TEST_CASE("a file of form factors has the same bytes for any number of threads", "[cli][form_factors]") {
+    const Workshop workshop;
+    for (const std::string& backend : backend_names()) {
+        INFO(backend);
+        std::map<std::string, std::string> first;
+        for (const char* threads : {"1", "2", "3"}) {
+            for (const char* name : {"f.csv", "f.npz", "f.bin"})
+                REQUIRE(workshop.make(std::string(threads) + "/" + name,
+                                      {"--backend", backend, "--quality", "draft", "--threads", threads})
+                            .exit_code == 0);
+            const auto files = files_below(workshop.folder / threads);
+            REQUIRE(files.size() == 5);  // f.csv has f.patches.csv and f.json beside it
+            if (first.empty()) first = files;
+            CHECK(files == first);
+        }
+    }
+}
+
+TEST_CASE("form factors that cannot be written leave nothing behind", "[cli][form_factors]") {
+    const Workshop workshop;
+    write(workshop.folder / "file", "keep me");
+    const Outcome below_a_file = workshop.make("file/f.npz", {});
+    CHECK(below_a_file.exit_code == 3);
+    CHECK(below_a_file.errors.find("file") != std::string::npos);
+    CHECK(content_of(workshop.folder / "file") == "keep me");
+
+    // A folder stands where the file shall be: found when it is renamed, after all is computed.
+    std::filesystem::create_directories(workshop.folder / "taken.npz" / "inside");
+    CHECK(workshop.make("taken.npz", {"--quality", "draft"}).exit_code == 3);
+    CHECK(std::filesystem::exists(workshop.folder / "taken.npz" / "inside"));
+    for (const auto& entry : std::filesystem::directory_iterator(workshop.folder.path()))
+        CHECK(entry.path().extension() != ".part");
+
+    const Outcome ending = workshop.make("f.txt", {});
+    CHECK(ending.exit_code == 2);
+    CHECK(ending.errors.find("does not end in .csv, .npz or .bin") != std::string::npos);
+    CHECK(workshop.make("f.bin", {"--backend", "both"}).exit_code == 2);
+}
