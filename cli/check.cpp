@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cli/colour_notes.h"
+#include "cli/forecast.h"
 #include "cli/orientation.h"
 #include "cli/physical_memory.h"
 #include "core/building.h"
@@ -180,7 +181,8 @@ void warn_of_colours(const CheckedScene& checked, Report& report) {
         report.warn("{}", note);
 }
 
-void check_sensors(const CheckedScene& checked, Report& report) {
+/// Returns how many there are.
+std::size_t check_sensors(const CheckedScene& checked, Report& report) {
     struct SetCount {
         std::size_t points = 0, in_solid = 0, outdoors = 0;
         std::string first_in_solid, first_outdoors;
@@ -204,6 +206,10 @@ void check_sensors(const CheckedScene& checked, Report& report) {
             report.warn("sensors \"{}\": {} of {} points outdoors, the first is {}", id, counts[s].outdoors,
                         counts[s].points, counts[s].first_outdoors);
     }
+    std::size_t points = 0;
+    for (const SetCount& count : counts)
+        points += count.points;
+    return points;
 }
 
 void check_views(const CheckedScene& checked, Report& report) {
@@ -291,19 +297,22 @@ void warn_of_membranes(const CheckedScene& checked, Report& report) {
     }
 }
 
-/// Memory, and where light leaves unseen.
-void check_rows(const CheckedScene& checked, Report& report, Progress& progress) {
+/// Memory and time, and where light leaves unseen.
+void check_rows(const CheckedScene& checked, const CheckOptions& options, std::size_t sensors, Report& report,
+                Progress& progress) {
     const auto& [scene, building, grid, visibility] = checked;
     if (grid.gather_patch_count == 0) return;
     const FormFactorSample sample = sample_form_factors(visibility, grid, progress);
-    const double needed = forecast_memory_bytes(grid.gather_patch_count, sample.mean_row_length);
-    report.say("  form factors: {} rows of about {:.0f} entries; memory up to about {:.0f} MB",
-               grid.gather_patch_count, sample.mean_row_length, std::ceil(needed / 1e6));
-    if (needed > physical_memory_bytes())
-        report.warn(
-            "the form factors need about {:.1f} GB of memory, and this machine has {:.1f} GB: run will refuse "
-            "(make \"spacing_m\" of \"grid\" larger)",
-            needed / 1e9, physical_memory_bytes() / 1e9);
+    Forecast whole = forecast(scene, building, grid, sensors, visibility.name(), options.backends,
+                              options.quality.node_indirect);
+    whole.form_factor_bytes = forecast_memory_bytes(grid.gather_patch_count, sample.mean_row_length);
+    report.say("  form factors: {} rows of about {:.0f} entries; memory up to about {}", grid.gather_patch_count,
+               sample.mean_row_length, in_bytes(whole.form_factor_bytes));
+    report.say("  a run with {}, quality {}: memory up to about {}, time about {} of one core", visibility.name(),
+               options.quality.name, in_bytes(whole.peak_bytes()), in_time(whole.seconds()));
+    if (whole.peak_bytes() > physical_memory_bytes())
+        report.warn("a run needs about {} of memory, and there are {}: it will be refused (make \"spacing_m\" of \"grid\" larger)",
+                    in_bytes(whole.peak_bytes()), in_bytes(physical_memory_bytes()));
 
     // Cracks of rounding are below this share of a patch's half-space.
     constexpr double leak = 1e-3;
@@ -334,11 +343,11 @@ void check(const CheckOptions& options, Progress& progress) {
     warn_of_membranes(checked, report);
     warn_of_reflectances(checked, report);
     warn_of_colours(checked, report);
-    check_sensors(checked, report);
+    const std::size_t sensors = check_sensors(checked, report);
     check_views(checked, report);
     warn_of_sky(checked, report);
     warn_of_sun(checked, report);
-    check_rows(checked, report, progress);
+    check_rows(checked, options, sensors, report, progress);
     for (const std::string& warning : report.warnings)
         report.contents += "warning: " + warning + "\n";
     if (report.warnings.empty()) report.contents += "nothing suspicious\n";

@@ -8,29 +8,33 @@
 #include "cli/choices.h"
 #include "cli/physical_memory.h"
 #include "core/daylight.h"
+#include "core/errors.h"
 
 namespace naturel {
 namespace {
 
-/// Rays or cells that tell a row of form factors, or a point, what it sees.
+/// What tells a row of form factors, or a point, what it sees.
 struct SamplesPerRow {
     double patch = 0.0, point = 0.0;
     std::string_view unit;
+    double seconds = 0.0;  ///< CPU time of one
 };
 
-SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options) {
-    const auto in_rays = [](int rays) { return 256.0 * std::ceil(rays / 256.0); };
-    if (backend == "embree")
-        return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays"};
+SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options, std::size_t facets, std::size_t rows) {
+    // Measured: docs/method.md, "Forecasts".
+    if (backend == "embree") {
+        if (options.embree.form_factors == FormFactorMethod::pairwise) {
+            const double all = static_cast<double>(rows);
+            return {0.5 * all, all, "pairs", std::clamp(2.5e-8 * static_cast<double>(facets), 5e-7, 5e-6)};
+        }
+        const auto in_rays = [](int rays) { return 256.0 * std::ceil(rays / 256.0); };
+        return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays",
+                5e-8 + 1.7e-8 * std::log2(static_cast<double>(facets + 1))};
+    }
     // The top of a hemi-cube and four half sides; or one square with a rim that is looked at apart.
     const double side = options.hemicube.resolution;
     const double cells = (options.hemicube.surface == ProjectionSurface::hemicube ? 3.0 : 1.0) * side * side;
-    return {cells, cells, "cells"};
-}
-
-std::string in_megabytes(double bytes) {
-    return bytes < 1e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6))
-                       : fmt::format("{:.1f} GB", bytes / 1e9);
+    return {cells * options.hemicube.viewpoints, cells, "cells", 6e-9};
 }
 
 std::string in_millions(double number) {
@@ -38,18 +42,40 @@ std::string in_millions(double number) {
                         : fmt::format("{:.3g} billion", number / 1e9);
 }
 
+/// CPU time of the direct light on a point.
+double direct_point_seconds(const Scene& scene) {
+    // Measured at tolerances from 2e-2 to 2e-4: docs/method.md, "Forecasts".
+    return 3.5e-4 * std::pow(2e-3 / scene.direct.tolerance, 0.2);
+}
+
 }  // namespace
+
+std::string in_bytes(double bytes) {
+    return bytes < 1e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+std::string in_time(double seconds) {
+    if (seconds < 100.0) return fmt::format("{:.0f} s", std::ceil(seconds));
+    return seconds < 6000.0 ? fmt::format("{:.0f} min", seconds / 60.0) : fmt::format("{:.1f} h", seconds / 3600.0);
+}
 
 double Forecast::peak_bytes() const {
     return light_bytes + std::max(form_factor_bytes, std::max(table_bytes, picture_bytes));
 }
 
-Forecast forecast(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::string_view backend,
-                  const BackendOptions& options) {
+Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
+                  std::string_view backend, const BackendOptions& options, IndirectMethod node_indirect) {
     Forecast f{.rows = grid.gather_patch_count};
-    f.longest_row = static_cast<std::size_t>(
-        std::min(static_cast<double>(f.rows), samples_per_row(backend, options).patch));
+    const bool pairwise = backend == "embree" && options.embree.form_factors == FormFactorMethod::pairwise;
+    const SamplesPerRow samples = samples_per_row(backend, options, building.facets.size(), f.rows);
+    f.longest_row = pairwise ? f.rows
+                             : static_cast<std::size_t>(std::min(static_cast<double>(f.rows), samples.patch));
     f.form_factor_bytes = forecast_memory_bytes(f.rows, static_cast<double>(f.longest_row));
+    f.form_factor_seconds = samples.seconds * samples.patch * static_cast<double>(f.rows);
+    std::size_t gathered = sensors;
+    if (node_indirect == IndirectMethod::gather) gathered += grid.nodes.size();
+    f.gather_seconds = samples.seconds * samples.point * static_cast<double>(gathered);
+    f.direct_seconds = direct_point_seconds(scene) * static_cast<double>(grid.nodes.size() + sensors);
     // Nodes and sensors hold a PointIlluminance each; patches their polygon, light by component and source,
     // exitance, and the vectors of the radiosity (about ten numbers for each of six channels).
     const auto count = [](std::size_t n) { return static_cast<double>(n); };
@@ -66,8 +92,10 @@ Forecast forecast(const Scene& scene, const PatchGrid& grid, std::size_t sensors
 std::string dry_run_account(const RunOptions& options, const Scene& scene, const Building& building,
                             const PatchGrid& grid, const std::vector<Sensor>& sensors,
                             const Visibility& visibility) {
-    const Forecast f = forecast(scene, grid, sensors.size(), visibility.name(), options.backends);
-    const SamplesPerRow samples = samples_per_row(visibility.name(), options.backends);
+    const Forecast f = forecast(scene, building, grid, sensors.size(), visibility.name(), options.backends,
+                                options.daylight.node_indirect);
+    const SamplesPerRow samples =
+        samples_per_row(visibility.name(), options.backends, building.facets.size(), f.rows);
     const DaylightOptions& daylight = options.daylight;
     std::string text =
         fmt::format("{}: quality {}, nothing computed\n", visibility.name(), options.quality.name);
@@ -94,8 +122,8 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
     text.back() = '\n';
     text += fmt::format(
         "  memory at most about {} (form factors {}: {} rows of at most {} entries); this machine has {}\n",
-        in_megabytes(f.peak_bytes()), in_megabytes(f.form_factor_bytes), f.rows, f.longest_row,
-        in_megabytes(physical_memory_bytes()));
+        in_bytes(f.peak_bytes()), in_bytes(f.form_factor_bytes), f.rows, f.longest_row,
+        in_bytes(physical_memory_bytes()));
     double gathered = static_cast<double>(sensors.size());
     if (daylight.node_indirect == IndirectMethod::gather) gathered += static_cast<double>(grid.nodes.size());
     text += fmt::format(
@@ -104,7 +132,22 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
         in_millions(samples.patch * static_cast<double>(f.rows)), samples.unit,
         in_millions(samples.point * gathered), grid.nodes.size() + sensors.size(),
         options.error_estimate ? "; about a quarter more for the error estimate" : "");
+    text += fmt::format(
+        "  time about {} of one core (form factors {}, interreflected light at points {}, direct light {})\n",
+        in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds), in_time(f.direct_seconds));
     return text;
+}
+
+void refuse_what_memory_cannot_hold(const Forecast& f, const Visibility& visibility, const PatchGrid& grid,
+                                    Progress& progress) {
+    const double memory = physical_memory_bytes();
+    const double light = f.light_bytes + std::max(f.table_bytes, f.picture_bytes);
+    if (light > memory)
+        throw InputError("", fmt::format("light at {} nodes and the sensors needs about {} of memory, tables and pictures {}, and "
+                                         "there are {} (a coarser grid, fewer sensors or smaller pictures need less)",
+                                         grid.nodes.size(), in_bytes(f.light_bytes),
+                                         in_bytes(std::max(f.table_bytes, f.picture_bytes)), in_bytes(memory)));
+    refuse_excessive_memory(visibility, grid, memory - f.light_bytes, progress);
 }
 
 }  // namespace naturel

@@ -7,17 +7,29 @@
 
 namespace naturel {
 
-/// What a run will take, from counts alone.
+/// What a run will take, from counts and options alone.
 struct Forecast {
     std::size_t rows = 0;         ///< of form factors
     std::size_t longest_row = 0;  ///< entries, at most
     double form_factor_bytes = 0.0, light_bytes = 0.0, table_bytes = 0.0, picture_bytes = 0.0;
+    /// CPU time on the machine of docs/method.md, "Forecasts"; the half or the double is possible.
+    double form_factor_seconds = 0.0, gather_seconds = 0.0, direct_seconds = 0.0;
 
     /// The most at one time: pictures come after the form factors are gone.
     double peak_bytes() const;
+    double seconds() const { return form_factor_seconds + gather_seconds + direct_seconds; }
 };
-Forecast forecast(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::string_view backend,
-                  const BackendOptions& options);
+Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
+                  std::string_view backend, const BackendOptions& options, IndirectMethod node_indirect);
+
+/// "12 MB", "3.4 GB"; "5 s", "3 min", "2.5 h".
+std::string in_bytes(double bytes);
+std::string in_time(double seconds);
+
+/// Throws InputError when a run needs more memory than there is. Asks for a sample of the rows only where rows that see
+/// everything would not fit.
+void refuse_what_memory_cannot_hold(const Forecast& forecast, const Visibility& visibility, const PatchGrid& grid,
+                                    Progress& progress);
 
 /// The text of --dry-run for one backend: counts, every option in force, memory and work.
 std::string dry_run_account(const RunOptions& options, const Scene& scene, const Building& building,

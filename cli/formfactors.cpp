@@ -10,9 +10,9 @@
 
 #include "cli/choices.h"
 #include "cli/file_writer.h"
+#include "cli/forecast.h"
 #include "cli/form_factor_files.h"
 #include "cli/json_text.h"
-#include "cli/physical_memory.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
 
@@ -115,7 +115,8 @@ void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     if (progress.interrupted()) throw Interrupted();
     const std::unique_ptr<Visibility> visibility =
         backends_named(options.backend).front().make(building, grid, options.backends);
-    refuse_excessive_memory(*visibility, grid, physical_memory_bytes(), progress);
+    refuse_what_memory_cannot_hold(forecast(scene, building, grid, 0, options.backend, options.backends, IndirectMethod::patch),
+                                   *visibility, grid, progress);
     const FormFactors f = compute_form_factors(*visibility, grid, {.repair = options.repair, .errors = true}, progress);
 
     std::vector<double> row_sum(f.row_count());

@@ -13,6 +13,10 @@ namespace naturel {
 /// Name and text of what an image file says about itself.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
+/// Throws std::runtime_error where the module that writes pictures cannot be loaded. The functions below load it, too: this is
+/// for knowing before a long calculation.
+void require_image_writer();
+
 /// Bytes of an OpenEXR file, 32-bit float, cd/m2: channels R, G, B are the bands, Y is the luminance. The
 /// file states the chromaticities of the bands, so that other programs show the right colours. Float, not
 /// half: a clear sky close to the sun exceeds the 65504 of half.

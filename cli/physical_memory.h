@@ -1,11 +1,9 @@
 #pragma once
-#include <unistd.h>
 
 namespace naturel {
 
-/// What the machine has, bytes, whoever uses it now.
-inline double physical_memory_bytes() {
-    return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-}
+/// What this process may use, bytes, whoever uses it now: the memory of the machine, or less where a control group (a job of a
+/// cluster, a container) is limited.
+double physical_memory_bytes();
 
 }  // namespace naturel

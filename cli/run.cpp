@@ -105,15 +105,19 @@ std::vector<std::string> view_file_stems(const std::vector<View>& views) {
 
 ImageMetadata image_metadata(const Result& result, const View& view) {
     const auto text = [](const glm::dvec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); };
-    return {
+    ImageMetadata metadata{
         {"naturel:scene", result.scene.name},
         {"naturel:scene_sha256", result.scene.source_sha256},
         {"naturel:backend", std::string(result.visibility.name())},
         {"naturel:view", view.id},
         {"naturel:from_m", text(view.from_m)},
         {"naturel:to_m", text(view.to_m)},
-        {"naturel:up", text(view.up)},
-        {"naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad))}};
+        {"naturel:up", text(view.up)}};
+    if (view.kind == ViewKind::parallel)
+        metadata.emplace_back("naturel:width_m", fmt::format("{:.9g}", view.width_m));
+    else
+        metadata.emplace_back("naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad)));
+    return metadata;
 }
 
 /// The view in false colour with a legend; PNG.
@@ -314,6 +318,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         if (!scene.views.empty() && options.false_colour.quantity != FalseColourQuantity::none)
             make_writable_folder(options.out / backend.name / "views" / "false_colour");
     }
+    if (!scene.views.empty()) require_image_writer();
     remove_results_of_earlier_run(options.out);
     for (const std::string& note : colour_notes(scene))
         print(stderr, "warning: " + note + "\n");
@@ -322,16 +327,16 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     choose_grid_spacing(scene, building, options.quality);
     stop_if_interrupted(progress);
     shared_clock.end_stage("assembly");
-    // Found even where the grid does not follow them: zones.json tells of them.
     const std::optional<SunBeam> sun = sun_beam(scene);
-    const LightZones zones = find_light_zones(scene, building, sun ? &*sun : nullptr);
+    const LightZones zones =
+        scene.grid.zones ? find_light_zones(scene, building, sun ? &*sun : nullptr) : LightZones{};
     stop_if_interrupted(progress);
-    shared_clock.end_stage("zones");
-    const LightZones grid_zones = scene.grid.zones ? zones : LightZones{};
-    const PatchGrid grid = make_patch_grid(building, scene.grid, grid_zones);
+    if (scene.grid.zones) shared_clock.end_stage("zones");
+    const PatchGrid grid = make_patch_grid(building, scene.grid, zones);
     stop_if_interrupted(progress);
     shared_clock.end_stage("grid");
     const Primaries primaries(scene.primaries);
+    const std::vector<Sensor> sensors = place_sensors(scene, building);
 
     bool converged = true;
     std::vector<SensorTotals> totals;
@@ -339,17 +344,19 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const std::filesystem::path folder = options.out / backend.name;
         StageClock clock(shared_clock.stages());
         const std::unique_ptr<Visibility> visibility = backend.make(building, grid, options.backends);
-        refuse_excessive_memory(*visibility, grid, physical_memory_bytes(), progress);
+        refuse_what_memory_cannot_hold(forecast(scene, building, grid, sensors.size(), backend.name, options.backends,
+                                                options.daylight.node_indirect),
+                                       *visibility, grid, progress);
         clock.end_stage("visibility");
         const DaylightSolution solution =
-            compute_daylight(scene, building, grid, *visibility, options.daylight, progress);
+            compute_daylight(scene, building, grid, *visibility, options.daylight, sensors, progress);
         clock.add_stages(solution.stage_seconds);
         std::optional<ErrorEstimate> error;
         if (options.error_estimate) {
             const auto companion = [&](const PatchGrid& companion_grid, Companion kind) {
                 return backend.make(building, companion_grid, companion_options(options.backends, kind));
             };
-            error = estimate_error(scene, building, grid, grid_zones, solution, options.daylight, companion,
+            error = estimate_error(scene, building, grid, zones, solution, options.daylight, companion,
                                    progress);
             clock.end_stage("error estimate");
         }
@@ -367,7 +374,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         if (!views.empty()) clock.end_stage("views");
         write_file(folder / "timings.json", timings_json(clock.stages(), options.threads));
         // Zones do not depend on the backend. They come after everything that may fail in the first one.
-        if (totals.empty())
+        if (totals.empty() && scene.grid.zones)
             write_file(options.out / "zones.json",
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary_json(result, sets, views));

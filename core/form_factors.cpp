@@ -322,8 +322,9 @@ std::vector<double> reciprocity_gaps(const FormFactors& form_factors, const Patc
 }
 
 FormFactorSample sample_form_factors(const Visibility& visibility, const PatchGrid& grid, Progress& progress) {
-    // About this many rows in all, but one of every face: enough for a forecast within some percent.
-    constexpr std::size_t wanted_rows = 512;
+    // About 512 rows in all, but one of every face: enough for a forecast within some percent. Fewer where rows are so long that
+    // a method that looks at each pair would take minutes.
+    const std::size_t wanted_rows = std::clamp<std::size_t>(20'000'000 / std::max<std::size_t>(1, grid.gather_patch_count), 64, 512);
     const std::size_t step = std::max<std::size_t>(1, grid.gather_patch_count / wanted_rows);
     std::vector<PatchId> chosen;
     for (std::size_t k = 0; k < grid.gather_patch_count; ++k)

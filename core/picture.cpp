@@ -101,8 +101,8 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
             int on_surfaces = 0;
             for (std::size_t j = row * samples_per_side; j < (row + 1) * samples_per_side; ++j) {
                 for (std::size_t i = column * samples_per_side; i < (column + 1) * samples_per_side; ++i) {
-                    const dvec3 direction = camera.direction(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5);
-                    const auto sample = painter.sample(camera.eye_m, direction, seen[j * width * samples_per_side + i]);
+                    const Camera::Ray ray = camera.ray(static_cast<double>(i) + 0.5, static_cast<double>(j) + 0.5);
+                    const auto sample = painter.sample(ray.origin_m, ray.direction, seen[j * width * samples_per_side + i]);
                     luminance += sample.luminance_cd_m2;
                     if (!sample.illuminance_lx) continue;
                     illuminance += *sample.illuminance_lx;

@@ -175,15 +175,19 @@ struct SensorSet {
     std::vector<SensorPoint> points{};  ///< used when there is no grid
 };
 
-enum class ViewKind { perspective };
+enum class ViewKind {
+    perspective,  ///< rays leave one eye
+    parallel,     ///< rays leave a rectangle, all in one direction; what lies behind its plane is not seen
+};
 
 struct View {
     std::string id{};
     ViewKind kind = ViewKind::perspective;
-    glm::dvec3 from_m{};
+    glm::dvec3 from_m{};  ///< the eye, or the middle of the rectangle
     glm::dvec3 to_m{0, 1, 0};
     glm::dvec3 up{0, 0, 1};
-    double field_of_view_rad = 1.2;  ///< horizontal, < pi
+    double field_of_view_rad = 1.2;  ///< horizontal, < pi; perspective only
+    double width_m = 10.0;           ///< of the rectangle; parallel only
     int width = 1280;                ///< pixels
     int height = 960;                ///< pixels
     PictureOptions picture{};

@@ -61,7 +61,7 @@ inline constexpr SceneObjectKeys direct{"direct", {}, {"method", "tolerance"}};
 inline constexpr SceneObjectKeys sensor{"sensor", {"id"}, {"grid", "points"}};
 inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m", "margin_m"}};
 inline constexpr SceneObjectKeys view{
-    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width", "height", "picture"}};
+    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width_m", "width", "height", "picture"}};
 inline constexpr SceneObjectKeys picture{"picture", {}, {"exposure", "tone_mapping", "white_point"}};
 inline constexpr SceneObjectKeys exposure{"exposure", {}, {"white_cd_m2", "ev100", "percentile"}};
 

@@ -316,7 +316,7 @@ View read_view(const JsonValue& value, UniqueIds& ids, const PictureOptions& pic
     View view;
     view.id = ids.read(object.at("id"));
     if (const auto kind = object.find("kind"))
-        view.kind = read_word<ViewKind>(*kind, {{"perspective", ViewKind::perspective}});
+        view.kind = read_word<ViewKind>(*kind, {{"perspective", ViewKind::perspective}, {"parallel", ViewKind::parallel}});
     view.from_m = read_position(object.at("from"));
     view.to_m = read_position(object.at("to"));
     const double distance_m = glm::length(view.to_m - view.from_m);
@@ -328,8 +328,17 @@ View read_view(const JsonValue& value, UniqueIds& ids, const PictureOptions& pic
         object.find("up").value_or(value).refuse(
             "\"up\" points along the view (it must point aside, e.g. [0, 1, 0] when looking down)");
     }
-    view.field_of_view_rad =
-        radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
+    const auto angle = object.find("fov_deg"), width_m = object.find("width_m");
+    if (view.kind == ViewKind::parallel) {
+        if (angle) angle->refuse("a parallel view has no angle (\"width_m\" says how much it shows)");
+        if (!width_m) object.refuse("the parallel view has no \"width_m\" (how many metres its picture is wide)");
+        view.width_m = read_number(*width_m, {0.001, 1e5, "m"});
+    } else {
+        if (width_m) {
+            width_m->refuse("a perspective view has no width in metres (\"fov_deg\" says how much it shows, or \"kind\" is \"parallel\")");
+        }
+        view.field_of_view_rad = radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
+    }
     view.width = read_integer(object, "width", pixels, view.width);
     view.height = read_integer(object, "height", pixels, view.height);
     view.picture = picture;

@@ -94,20 +94,31 @@ struct Extent {
 // not shift the grid of the room.
 Extent main_extent(const Region& room, const PlaneFrame& plane) {
     std::vector<ClipperLib::cInt> levels;
-    ClipperLib::cInt left = room[0][0].X, right = left;
+    ClipperLib::cInt left = room[0][0].X;
     for (const Ring& ring : room) {
         for (const PlanePoint& p : ring) {
             levels.push_back(p.Y);
-            left = std::min(left, p.X), right = std::max(right, p.X);
+            left = std::min(left, p.X);
         }
     }
     std::sort(levels.begin(), levels.end());
-    std::vector<double> width(levels.size(), 0.0);  // mean width from one level to the next
-    for (std::size_t i = 0; i + 1 < levels.size(); ++i) {
-        const double height_m = static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre;
-        if (height_m < 1e-6) continue;
-        const Ring strip{{left, levels[i]}, {right, levels[i]}, {right, levels[i + 1]}, {left, levels[i + 1]}};
-        width[i] = area_m2(intersect(room, {strip})) / height_m;
+    levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+    // Width half-way from one level to the next, where no edge begins or ends; edges that go up have the room on their left.
+    std::vector<double> width(levels.size(), 0.0);
+    for (const Ring& ring : room) {
+        for (std::size_t k = 0; k < ring.size(); ++k) {
+            const PlanePoint &a = ring[k], &b = ring[(k + 1) % ring.size()];
+            const auto number = [&](ClipperLib::cInt y) {
+                return static_cast<std::size_t>(std::lower_bound(levels.begin(), levels.end(), y) - levels.begin());
+            };
+            const double slope = a.Y == b.Y ? 0.0 : static_cast<double>(b.X - a.X) / static_cast<double>(b.Y - a.Y);
+            for (std::size_t i = number(std::min(a.Y, b.Y)); i < number(std::max(a.Y, b.Y)); ++i) {
+                // Steps of some nanometres come from rounding and count for nothing.
+                if (static_cast<double>(levels[i + 1] - levels[i]) / nanometres_per_metre < 1e-6) continue;
+                const double up = 0.5 * static_cast<double>(levels[i] - a.Y + levels[i + 1] - a.Y);
+                width[i] += (b.Y > a.Y ? 1.0 : -1.0) * (static_cast<double>(a.X - left) + slope * up);
+            }
+        }
     }
     const double widest = *std::max_element(width.begin(), width.end());
     std::size_t first = 0, last = width.size() - 1;

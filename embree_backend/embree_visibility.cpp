@@ -140,7 +140,6 @@ public:
         const Camera camera = make_camera(view);
         NATUREL_EXPECT(seen.size() ==
                        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-        const glm::vec3 eye = camera.eye_m - centre_m_;
         parallel_for(static_cast<std::size_t>(camera.height + 3) / 4, 1, [&](std::size_t tile_row) {
             Packet packet;
             for (int left = 0; left < camera.width; left += 4) {
@@ -153,8 +152,9 @@ public:
                                     camera.height - 1);
                 };
                 for (unsigned k = 0; k < packet_size; ++k) {
-                    packet.set_origin(k, eye);
-                    packet.set_direction(k, glm::vec3(camera.direction(column(k) + 0.5, row(k) + 0.5)));
+                    const Camera::Ray ray = camera.ray(column(k) + 0.5, row(k) + 0.5);
+                    packet.set_origin(k, glm::vec3(ray.origin_m - centre_m_));
+                    packet.set_direction(k, glm::vec3(ray.direction));
                 }
                 embree_api::trace(opaque_.get(), packet);
                 for (unsigned k = 0; k < packet_size; ++k)

@@ -9,6 +9,25 @@
 
 #include "hemicube_backend/cell_kernels.h"
 
+#ifndef NATUREL_BITS_SET
+#define NATUREL_BITS_SET
+namespace naturel {
+
+/// Numbers of the bits that are set in each byte.
+struct BitsSet {
+    std::uint8_t positions[256 * 8] = {};
+
+    constexpr BitsSet() {
+        for (unsigned byte = 0; byte < 256; ++byte)
+            for (unsigned bit = 0, found = 0; bit < 8; ++bit)
+                if ((byte >> bit & 1u) != 0) positions[8 * byte + found++] = static_cast<std::uint8_t>(bit);
+    }
+};
+inline constexpr BitsSet bits_set;
+
+}  // namespace naturel
+#endif
+
 HWY_BEFORE_NAMESPACE();
 namespace naturel {
 namespace HWY_NAMESPACE {
@@ -23,6 +42,7 @@ void draw_spans(const Spans& spans, int rows) {
     const int lanes = static_cast<int>(hn::Lanes(f));
     const auto by_x = hn::Set(f, static_cast<float>(spans.by_x));
     const auto code = hn::Set(i, spans.code);
+    const auto numbers = hn::Iota(i, 0);  // once: it is put together in memory
     for (int row = 0; row < rows; ++row) {
         const int first = spans.first[row], last = spans.last[row];
         const float* const x = spans.x + row * spans.x_stride;
@@ -35,7 +55,7 @@ void draw_spans(const Spans& spans, int rows) {
             const auto candidate = hn::Add(at_origin, hn::Mul(by_x, hn::LoadU(f, x + k)));
             const auto old_depth = hn::LoadU(f, depth + k);
             const auto old_item = hn::LoadU(i, items + k);
-            const auto mine = hn::Lt(hn::Iota(i, k), hn::Set(i, last));
+            const auto mine = hn::Lt(numbers, hn::Set(i, last - k));
             const auto nearer = hn::RebindMask(i, hn::Gt(candidate, old_depth));
             const auto level = hn::RebindMask(i, hn::Eq(candidate, old_depth));
             const auto wins = hn::And(mine, hn::Or(nearer, hn::And(level, hn::Lt(code, old_item))));
@@ -50,34 +70,39 @@ void find_grid_cells(const GridLine& line, const float* x, int count, std::int32
     const Ints i;
     const int lanes = static_cast<int>(hn::Lanes(f));
     const auto s_0 = hn::Set(f, line.s_0), s_x = hn::Set(f, line.s_x), t_0 = hn::Set(f, line.t_0), t_x = hn::Set(f, line.t_x),
-               w_0 = hn::Set(f, line.w_0), w_x = hn::Set(f, line.w_x), zero = hn::Zero(f);
+               w_0 = hn::Set(f, line.w_0), w_x = hn::Set(f, line.w_x), zero = hn::Zero(f), one = hn::Set(f, 1);
     const auto last_column = hn::Set(f, line.last_column), last_row = hn::Set(f, line.last_row);
-    const auto columns = hn::Set(i, line.columns), first_cell = hn::Set(i, line.first_cell);
+    const auto columns = hn::Set(f, line.columns);
+    const auto first_cell = hn::Set(i, line.first_cell);
     for (int k = 0; k < count; k += lanes) {
         const auto x_k = hn::LoadU(f, x + k);
-        const auto w = hn::Add(w_0, hn::Mul(w_x, x_k));
         // Rounding acts like a shift of the cell's centre by some 1e-7 of the plane. Lanes past `count` may hold anything.
-        const auto s = hn::Min(hn::Max(hn::Div(hn::Add(s_0, hn::Mul(s_x, x_k)), w), zero), last_column);
-        const auto t = hn::Min(hn::Max(hn::Div(hn::Add(t_0, hn::Mul(t_x, x_k)), w), zero), last_row);
-        const auto cell = hn::Add(hn::Add(first_cell, hn::ConvertTo(i, s)), hn::Mul(columns, hn::ConvertTo(i, t)));
-        hn::StoreU(cell, i, grid_cells + k);
+        const auto distance = hn::Div(one, hn::Add(w_0, hn::Mul(w_x, x_k)));
+        const auto s = hn::Min(hn::Max(hn::Mul(hn::Add(s_0, hn::Mul(s_x, x_k)), distance), zero), last_column);
+        const auto t = hn::Min(hn::Max(hn::Mul(hn::Add(t_0, hn::Mul(t_x, x_k)), distance), zero), last_row);
+        // A grid has at most ten million cells: their numbers are exact as floats.
+        const auto cell = hn::ConvertTo(i, hn::Add(hn::Floor(s), hn::Mul(columns, hn::Floor(t))));
+        hn::StoreU(hn::Add(first_cell, cell), i, grid_cells + k);
     }
 }
 
 int find_run_ends(const std::int32_t* values, int count, std::int32_t* ends) {
-    const Ints i;
+    const hn::CappedTag<std::int32_t, 8> i;
+    const hn::Rebind<std::uint8_t, decltype(i)> bytes;
     const int lanes = static_cast<int>(hn::Lanes(i));
     int runs = 0;
     for (int k = 0; k < count; k += lanes) {
-        const auto differs = hn::Ne(hn::LoadU(i, values + k), hn::LoadU(i, values + k + 1));
-        alignas(8) std::uint8_t bytes[8] = {};
-        hn::StoreMaskBits(i, differs, bytes);
-        unsigned bits = bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
+        alignas(8) std::uint8_t mask[8];
+        hn::StoreMaskBits(i, hn::Ne(hn::LoadU(i, values + k), hn::LoadU(i, values + k + 1)), mask);
+        unsigned bits = mask[0];
         if (k + lanes >= count) {  // the last cell ends a run whatever follows it
             bits &= (2u << (count - 1 - k)) - 1;
             bits |= 1u << (count - 1 - k);
         }
-        for (; bits != 0; bits &= bits - 1) ends[runs++] = k + __builtin_ctz(bits) + 1;
+        // All lanes are written, and the next ones go over those that were not ends: no branch that is hard to foresee.
+        const auto numbers = hn::PromoteTo(i, hn::LoadU(bytes, bits_set.positions + 8 * bits));
+        hn::StoreU(hn::Add(numbers, hn::Set(i, k + 1)), i, ends + runs);
+        runs += __builtin_popcount(bits);
     }
     return runs;
 }
@@ -106,12 +131,15 @@ void lower_right(double* right, const double* y, int count, double at_zero, doub
 }
 
 void count_columns_before(const double* x, int count, double x_begin, double columns_per_unit, int columns, int* before) {
-    for (int k = 0; k < count; ++k) {
-        double position = (x[k] - x_begin) * columns_per_unit - 0.5;
-        position = position > 0 ? position : 0;
-        position = position < columns ? position : columns;
-        const int whole = static_cast<int>(position);
-        before[k] = whole + (position > whole ? 1 : 0);
+    const hn::CappedTag<double, 8> d;
+    const hn::Rebind<std::int32_t, decltype(d)> i;
+    const auto begin = hn::Set(d, x_begin), scale = hn::Set(d, columns_per_unit), half = hn::Set(d, 0.5), zero = hn::Zero(d),
+               all = hn::Set(d, columns);
+    for (int k = 0; k < count; k += static_cast<int>(hn::Lanes(d))) {
+        auto position = hn::Sub(hn::Mul(hn::Sub(hn::LoadU(d, x + k), begin), scale), half);
+        position = hn::IfThenElse(hn::Gt(position, zero), position, zero);
+        position = hn::IfThenElse(hn::Lt(position, all), position, all);
+        hn::StoreU(hn::DemoteTo(i, hn::Ceil(position)), i, before + k);
     }
 }
 

@@ -33,14 +33,15 @@ void draw_spans(const Spans& spans, int rows);
 struct GridLine {
     float s_0, s_x, t_0, t_x, w_0, w_x;
     float last_column, last_row;  ///< points beyond the grid count to its outermost cells
-    std::int32_t columns;
+    float columns;
     std::int32_t first_cell;
 };
 
 /// Number of the grid cell under each of `count` cells with centres x.
 void find_grid_cells(const GridLine& line, const float* x, int count, std::int32_t* grid_cells);
 
-/// Ends of the runs of equal values among values[0, count); returns their number. values[count] is read.
+/// Ends of the runs of equal values among values[0, count); returns their number. kernel_lanes more may be read and
+/// written behind both.
 int find_run_ends(const std::int32_t* values, int count, std::int32_t* ends);
 
 /// The smallest of rows x kernel_lanes depths.
@@ -50,7 +51,7 @@ float smallest_depth(const float* depth, int rows, std::ptrdiff_t stride);
 void raise_left(double* left, const double* y, int count, double at_zero, double slope);
 void lower_right(double* right, const double* y, int count, double at_zero, double slope);
 
-/// before[k]: number of columns of equal width whose centre is left of x[k]. docs/hemicube.md, "Item buffer".
+/// before[k]: number of columns of equal width whose centre is left of x[k]; kernel_lanes more may be read and written. docs/hemicube.md, "Item buffer".
 void count_columns_before(const double* x, int count, double x_begin, double columns_per_unit, int columns, int* before);
 
 }  // namespace naturel

@@ -34,6 +34,7 @@ FacetSet::FacetSet(const Building& building) {
         item.face = facet.face;
         item.is_aperture = facet.is_aperture;
         item.faces_a_twin = facet.is_aperture && building.faces[index(facet.face)].other_side.has_value();
+        item.closes_solid = !facet.is_aperture && !building.faces[index(facet.face)].sheet;
         item.exchanges_light = facet.is_aperture || facet.environment == Environment::indoor;
         item.first_vertex = static_cast<std::uint32_t>(vertices_m_.size());
         item.vertex_count = static_cast<std::uint32_t>(facet.vertices_m.size());

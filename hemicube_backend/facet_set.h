@@ -26,6 +26,7 @@ public:
         FaceId face{};
         bool is_aperture = false;
         bool faces_a_twin = false;     ///< lies on the back of an equal facet: one half of an inner aperture
+        bool closes_solid = false;     ///< opaque, with a solid behind it: from air its back is hidden by the rest of the solid
         bool exchanges_light = false;  ///< its patches have form factors: indoor facets and apertures
         std::uint32_t first_vertex = 0, vertex_count = 0;
     };
@@ -65,6 +66,7 @@ enum class FacetKind {
     opaque,     ///< all but apertures: what is seen first, pictures
     apertures,  ///< on top of the opaque ones: form factors
     all,
+    all_from_air,  ///< all but backs of solids, which cannot be seen if the viewpoint is known to be in air
 };
 
 }  // namespace naturel

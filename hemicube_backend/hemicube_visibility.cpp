@@ -187,7 +187,7 @@ public:
                 const std::uint64_t turn = hash(hash(options_.seed) ^ index(from));
                 station.tangent = turned(tangent, patch.normal, k == 0 ? turn : hash(turn ^ k));
             }
-            row.lost += add_planes(station, scratch);
+            add_planes(station, scratch);
         }
         finish(row, 1.0 / static_cast<double>(points_m.size()), scratch);
     }
@@ -206,7 +206,7 @@ public:
             } else {
                 scratch.buffer.draw(facets_, projection_of(station, plane), cells_of(plane), FacetKind::all);
             }
-            row.lost += lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
+            lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
         }
         finish(row, 1.0, scratch);
     }
@@ -241,7 +241,7 @@ public:
         NATUREL_EXPECT(seen.size() ==
                        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
         const ProjectionCells cells = picture_cells(camera);
-        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}};
+        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}, camera.kind == ViewKind::parallel};
         const auto rows = static_cast<std::size_t>(camera.height), columns = static_cast<std::size_t>(camera.width);
         parallel_for((rows + picture_band_rows - 1) / picture_band_rows, 1, [&](std::size_t band) {
             ItemBuffer& buffer = scratch_.local().buffer;
@@ -311,19 +311,16 @@ private:
         return {station.position_m, axes_of(station, plane)};
     }
 
-    /// Adds what is seen from a point to the sums; returns what is lost.
-    double add_planes(const Station& station, Scratch& scratch) const {
-        double lost = 0.0;
+    /// Adds what is seen from a point of a patch to the sums.
+    void add_planes(const Station& station, Scratch& scratch) const {
         for (std::size_t plane = 0; plane < planes(); ++plane) {
-            scratch.buffer.draw(facets_, projection_of(station, plane), cells_of(plane), FacetKind::all);
-            lost += lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
+            scratch.buffer.draw(facets_, projection_of(station, plane), cells_of(plane), FacetKind::all_from_air);
+            lookup_.add_cells(scratch.buffer, cells_of(plane), scratch.sums, scratch.lookup);
         }
-        return lost;
     }
 
     void finish(FormFactorRow& row, double share, Scratch& scratch) const {
         scratch.sums.move_to(row, share * scale_);
-        row.lost *= share * scale_;
         row.truncated = truncated_;
     }
 

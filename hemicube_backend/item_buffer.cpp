@@ -115,11 +115,11 @@ void ItemBuffer::draw(const FacetSet& facets, const Projection& projection, cons
         std::fill(end - stride_ + cells.columns, end, std::numeric_limits<float>::max());
     }
     farthest_.assign(cells.tiles.size(), nothing_drawn);
-    left_.resize(rows);
-    right_.resize(rows);
+    left_.resize(rows + kernel_lanes);
+    right_.resize(rows + kernel_lanes);
     at_origin_.resize(rows);
-    first_.resize(rows);
-    last_.resize(rows);
+    first_.resize(rows + kernel_lanes);
+    last_.resize(rows + kernel_lanes);
     entries_.clear();
     entry_of_.resize(facets.size());
     add(facets, kind);
@@ -127,6 +127,7 @@ void ItemBuffer::draw(const FacetSet& facets, const Projection& projection, cons
 
 /// Front to back, as far as boxes tell; what is hidden as a whole is left out.
 void ItemBuffer::add(const FacetSet& facets, FacetKind kind) {
+    const bool draws_all = kind == FacetKind::all || kind == FacetKind::all_from_air;
     const std::vector<FacetSet::Node>& tree = facets.tree();
     if (tree.empty()) return;
     const Window window(projection_, *cells_, row_begin_, row_end_);
@@ -141,7 +142,7 @@ void ItemBuffer::add(const FacetSet& facets, FacetKind kind) {
     while (!stack_.empty()) {
         const FacetSet::Node& node = tree[stack_.back()];
         stack_.pop_back();
-        if (kind != FacetKind::all && !(kind == FacetKind::opaque ? node.has_opaque : node.has_apertures)) continue;
+        if (!draws_all && !(kind == FacetKind::opaque ? node.has_opaque : node.has_apertures)) continue;
         if (window.misses(node, projection_.eye_m) || box_is_hidden(node)) continue;
         if (node.count == 0) {
             const bool second_first = distance(tree[node.first + 1]) < distance(tree[node.first]);
@@ -151,7 +152,8 @@ void ItemBuffer::add(const FacetSet& facets, FacetKind kind) {
         }
         for (std::uint32_t k = 0; k < node.count; ++k) {
             const FacetId facet = facets.leaf_facets()[node.first + k];
-            if (kind == FacetKind::all || facets[facet].is_aperture == (kind == FacetKind::apertures)) draw_facet(facets, facet);
+            if (draws_all || facets[facet].is_aperture == (kind == FacetKind::apertures))
+                draw_facet(facets, facet, kind == FacetKind::all_from_air);
         }
     }
 }
@@ -209,7 +211,7 @@ bool ItemBuffer::box_is_hidden(const FacetSet::Node& node) {
                      projection_.parallel ? -nearest_m : 1 / nearest_m);
 }
 
-void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet) {
+void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet, bool from_air) {
     const FacetSet::Item& item = facets[facet];
     const auto& [right, up, forward] = projection_.axes;
     const glm::dvec3& eye_m = projection_.eye_m;
@@ -231,7 +233,7 @@ void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet) {
         entry.w_x = glm::dot(entry.inverse_depth, right);
         entry.w_y = glm::dot(entry.inverse_depth, up);
     }
-    if (item.faces_a_twin && from_behind) return;
+    if (from_behind && (item.faces_a_twin || (from_air && item.closes_solid))) return;
 
     corners_.clear();
     double nearest_m = infinity;
@@ -313,13 +315,19 @@ void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet) {
         }
     }
     bool any = false;
-    for (int row = begin; row < end; ++row) {
-        const auto r = static_cast<std::size_t>(row);
-        at_origin_[r] = entry.w_1 + entry.w_y * y_of[row];
-        if (first_[r] >= last_[r]) continue;
+    for (int row = begin; row < end;) {
+        const int tile_row = (row_begin_ + row) / tile_rows, tile_end = std::min((tile_row + 1) * tile_rows - row_begin_, end);
+        int first = cells_->columns, last = 0;
+        for (; row < tile_end; ++row) {
+            const auto r = static_cast<std::size_t>(row);
+            at_origin_[r] = entry.w_1 + entry.w_y * y_of[row];
+            first = std::min(first, first_[r]);
+            last = std::max(last, last_[r]);
+        }
+        if (first >= last) continue;
         any = true;
-        float* const tiles = farthest_.data() + static_cast<std::size_t>((row_begin_ + row) / tile_rows) * cells_->tiles_per_row;
-        std::fill(tiles + first_[r] / tile_columns, tiles + (last_[r] - 1) / tile_columns + 1, nothing_drawn);
+        float* const tiles = farthest_.data() + static_cast<std::size_t>(tile_row) * cells_->tiles_per_row;
+        std::fill(tiles + first / tile_columns, tiles + (last - 1) / tile_columns + 1, nothing_drawn);
     }
     if (!any) return;
     draw_spans({.first = first_.data() + begin,

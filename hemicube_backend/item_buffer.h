@@ -63,7 +63,7 @@ private:
     struct Extent {
         double begin, end;
     };
-    void draw_facet(const FacetSet& facets, FacetId facet);
+    void draw_facet(const FacetSet& facets, FacetId facet, bool from_air);
     /// True if nothing in the rectangle can come before what is drawn. nearest: depth of what may be there.
     bool is_hidden(const Extent& x, const Extent& y, double nearest);
     bool box_is_hidden(const FacetSet::Node& node);
@@ -80,8 +80,9 @@ private:
     std::vector<std::uint32_t> entry_of_;  ///< [facets]
     // Of the facet being drawn:
     std::vector<glm::dvec3> corners_, clipped_;  ///< along the axes
-    std::vector<double> left_, right_, at_origin_;  ///< [rows]
-    std::vector<int> first_, last_;                 ///< [rows]
+    std::vector<double> at_origin_;     ///< [rows]
+    std::vector<double> left_, right_;  ///< [rows], and kernel_lanes more
+    std::vector<int> first_, last_;     ///< the same
     std::vector<std::uint32_t> stack_;
 };
 

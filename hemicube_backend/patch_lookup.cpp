@@ -1,7 +1,6 @@
 #include "hemicube_backend/patch_lookup.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -13,15 +12,17 @@ namespace {
 /// No building is larger; keeps points under cells finite, m.
 constexpr double farthest_m = 1e6;
 
-/// In place of the number of a grid cell: what the cell shows exchanges no light.
-constexpr std::int32_t nowhere = -1;
+/// An edge that leaves less than this of a cell outside, m, does not cut it: geometry is rounded to 1 nm.
+constexpr double cut_m = 1e-8;
 
 }  // namespace
 
 void PatchSums::move_to(FormFactorRow& row, double scale) {
-    for (std::size_t word = 0; word < touched_.size(); ++word) {
-        for (std::uint64_t bits = std::exchange(touched_[word], 0); bits != 0; bits &= bits - 1) {
-            const std::size_t patch = 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
+    row.lost += std::exchange(sums_[patch_count_], 0.0) * scale;
+    for (std::size_t k = 0; k < touched_.size(); ++k) {
+        if (std::exchange(touched_[k], std::uint8_t{0}) == 0) continue;
+        for (std::size_t patch = k * block; patch < (k + 1) * block; ++patch) {
+            if (sums_[patch] == 0.0) continue;
             row.patches.push_back(make_id<PatchId>(patch));
             row.values.push_back(scale * std::exchange(sums_[patch], 0.0));
         }
@@ -29,21 +30,41 @@ void PatchSums::move_to(FormFactorRow& row, double scale) {
 }
 
 PatchLookup::PatchLookup(const FacetSet& facets, const PatchGrid& grid) : facets_(facets), grid_(grid) {
-    only_patch_.resize(grid.cell_count());
-    for (std::size_t cell = 0; cell < only_patch_.size(); ++cell) {
+    for (std::size_t cell = 0; cell < grid.cell_count(); ++cell) {
         const std::span<const PatchId> patches = grid.patches_in_cell(cell);
-        only_patch_[cell] = patches.size() == 1 ? patches[0] : PatchId::none;
+        if (patches.size() == 1)
+            patch_of_cell_.push_back(static_cast<std::int32_t>(index(patches[0])));
+        else
+            cut(cell);
     }
-    for (std::size_t i = 0; i < grid.patches.size(); ++i) {
-        const std::span<const glm::dvec3> corners_m = grid.polygon_of(make_id<PatchId>(i));
-        first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
+    patch_of_cell_.push_back(static_cast<std::int32_t>(grid.patches.size()));
+}
+
+void PatchLookup::cut(std::size_t cell) {
+    patch_of_cell_.push_back(-1 - static_cast<std::int32_t>(cut_cells_.size()));
+    const std::span<const PatchId> patches = grid_.patches_in_cell(cell);
+    cut_cells_.push_back({static_cast<std::uint32_t>(parts_.size()), static_cast<std::uint32_t>(patches.size())});
+    for (const PatchId id : patches) {
+        const Patch& patch = grid_.patches[index(id)];
+        const PatchGrid::FaceGrid& face = grid_.face_grid(patch.face);
+        const auto in_face = static_cast<int>(cell - face.first_cell);
+        const double s = in_face % face.nu, t = in_face / face.nu;
+        // p = origin + s u + t v in the plane of the face
+        const glm::dvec3 normal = glm::cross(face.du, face.dv);
+        const glm::dvec3 u = glm::cross(face.dv, normal) / glm::dot(normal, normal),
+                         v = glm::cross(normal, face.du) / glm::dot(normal, normal);
+        const std::span<const glm::dvec3> corners_m = grid_.polygon_of(id);
+        Part part{index(id), static_cast<std::uint32_t>(edges_.size()), 0};
         for (std::size_t k = 0; k < corners_m.size(); ++k) {
             const glm::dvec3 along = corners_m[(k + 1) % corners_m.size()] - corners_m[k];
-            const glm::dvec3 inward = glm::normalize(glm::cross(grid.patches[i].normal, along));
-            edges_.push_back({inward, glm::dot(inward, corners_m[k])});
+            const glm::dvec3 inward = glm::normalize(glm::cross(patch.normal, along));
+            const Edge edge{glm::dot(inward, u), glm::dot(inward, v), glm::dot(inward, face.origin_m - corners_m[k])};
+            const double least_m = edge.s * s + edge.t * t + edge.one + std::min(edge.s, 0.0) + std::min(edge.t, 0.0);
+            if (least_m < -cut_m) edges_.push_back(edge);
         }
+        part.edge_count = static_cast<std::uint32_t>(edges_.size()) - part.first_edge;
+        parts_.push_back(part);
     }
-    first_edge_.push_back(static_cast<std::uint32_t>(edges_.size()));
 }
 
 /// The point eye + d / w, w = dot(inverse_depth, d), lies in the column dot(eye - origin + d / w, du) of the grid: w times that
@@ -60,50 +81,66 @@ void PatchLookup::find_lines(const ItemBuffer::Entry& entry, const Projection& p
     lines.known = true;
 }
 
-/// As PatchGrid::patch_at(), among the patches of a cell that is cut.
-PatchId PatchLookup::patch_at(std::size_t cell, FaceId face, const glm::dvec3& point_m) const {
-    const std::span<const PatchId> patches = grid_.patches_in_cell(cell);
-    if (patches.empty()) return grid_.patch_at(face, point_m);  // its corner was cut off
-    PatchId best = patches[0];
-    double deepest_m = std::numeric_limits<double>::lowest();
-    for (const PatchId patch : patches) {
-        double depth_m = std::numeric_limits<double>::max();
-        for (std::uint32_t k = first_edge_[index(patch)]; k < first_edge_[index(patch) + 1]; ++k)
-            depth_m = std::min(depth_m, glm::dot(edges_[k].inward, point_m) - edges_[k].offset_m);
-        if (depth_m > deepest_m) deepest_m = depth_m, best = patch;
-        if (deepest_m > 0) break;  // inside: patches do not overlap
+/// Patches are convex, so that the row shows each of them in one piece. The distance inside an edge times w is linear in x:
+/// docs/hemicube.md, eq. 8.
+void PatchLookup::add_cut_run(const CutRun& run, const Scratch::FacetLines& lines, const Projection& projection,
+                              PatchSums& sums) const {
+    const double s_0 = lines.s.z + lines.s.y * run.y, t_0 = lines.t.z + lines.t.y * run.y, w_0 = lines.w.z + lines.w.y * run.y;
+    const auto at_0 = [&](const Edge& edge) { return edge.s * s_0 + edge.t * t_0 + edge.one * w_0; };
+    const auto by_x = [&](const Edge& edge) { return edge.s * lines.s.x + edge.t * lines.t.x + edge.one * lines.w.x; };
+    const std::span<const Part> parts(parts_.data() + run.cell.first_part, run.cell.part_count);
+    const double last_x = run.x[run.end - 1];
+    for (int begin = run.begin, next = begin; begin < run.end; begin = next) {
+        const double x = run.x[begin];
+        std::size_t patch = grid_.patches.size();
+        std::span<const Edge> edges_of_patch;
+        double deepest = std::numeric_limits<double>::lowest();
+        bool to_the_end = false;
+        for (const Part& part : parts) {
+            const std::span<const Edge> edges(edges_.data() + part.first_edge, part.edge_count);
+            double depth = std::numeric_limits<double>::max(), last_depth = depth;
+            for (const Edge& edge : edges) {
+                const double edge_at_0 = at_0(edge), edge_by_x = by_x(edge);
+                depth = std::min(depth, edge_at_0 + edge_by_x * x);
+                last_depth = std::min(last_depth, edge_at_0 + edge_by_x * last_x);
+            }
+            if (depth > deepest) deepest = depth, to_the_end = last_depth > 0, edges_of_patch = edges, patch = part.patch;
+            if (deepest > 0) break;  // inside: patches do not overlap
+        }
+        next = begin + 1;
+        if (to_the_end && deepest > 0) {
+            next = run.end;
+        } else if (next < run.end && !parts.empty()) {
+            double leaves_at = std::numeric_limits<double>::max();
+            for (const Edge& edge : edges_of_patch)
+                if (const double slope = by_x(edge); slope < 0) leaves_at = std::min(leaves_at, at_0(edge) / -slope);
+            while (next < run.end && run.x[next] < leaves_at) ++next;
+        } else if (parts.empty()) {
+            // Farther than farthest_m only by rounding, where a facet is seen almost edge-on.
+            const double depth_m = 1 / std::max(w_0 + lines.w.x * x, 1 / farthest_m);
+            const auto& [right, up, forward] = projection.axes;
+            const PatchId nearest =
+                grid_.patch_at(facets_[run.facet].face, projection.eye_m + depth_m * (forward + run.y * up + x * right));
+            if (nearest != PatchId::none) patch = index(nearest);
+        }
+        sums.add(patch, run.running_weight[next] - run.running_weight[begin]);
     }
-    return best;
 }
 
-/// x at which the row at y leaves a patch to the right. The point eye + d / w of direction d lies inside an edge if
-/// dot(inward, d) + w (dot(inward, eye) - offset) >= 0: linear in x and y. docs/hemicube.md, eq. 8.
-double PatchLookup::exit(PatchId patch, const ItemBuffer::Entry& entry, const Projection& projection, double y) const {
-    const auto& [right, up, forward] = projection.axes;
-    double x = std::numeric_limits<double>::infinity();
-    for (std::uint32_t k = first_edge_[index(patch)]; k < first_edge_[index(patch) + 1]; ++k) {
-        const Edge& edge = edges_[k];
-        const glm::dvec3 g = edge.inward + (glm::dot(edge.inward, projection.eye_m) - edge.offset_m) * entry.inverse_depth;
-        const double g_x = glm::dot(g, right), g_y = glm::dot(g, up);
-        // An edge along the rows is not left to the right.
-        if (g_x < -1e-14 * std::abs(g_y)) x = std::min(x, -(glm::dot(g, forward) + g_y * y) / g_x);
-    }
-    return x;
-}
-
-double PatchLookup::add_cells(const ItemBuffer& buffer, const ProjectionCells& cells, PatchSums& sums, Scratch& scratch) const {
+void PatchLookup::add_cells(const ItemBuffer& buffer, const ProjectionCells& cells, PatchSums& sums, Scratch& scratch) const {
     const std::vector<ItemBuffer::Entry>& entries = buffer.entries();
     const Projection& projection = buffer.projection();
     scratch.lines.assign(entries.size(), {});
     const auto columns = static_cast<std::size_t>(cells.columns);
     scratch.grid_cells.resize(columns + kernel_lanes);
-    scratch.facet_ends.resize(columns);
-    scratch.cell_ends.resize(columns);
+    scratch.facet_ends.resize(columns + kernel_lanes);
+    scratch.cell_ends.resize(columns + kernel_lanes);
     std::int32_t* const grid_cells = scratch.grid_cells.data();
-    double lost = 0.0;
+    const auto nowhere = static_cast<std::int32_t>(grid_.cell_count());
     for (int row = 0; row < cells.rows; ++row) {
         const double y = cells.row_centres[static_cast<std::size_t>(row)];
         const float* const x = cells.centres_of(row).data();
+        const double* const running_weight = cells.running_weight_of(row);
         const ItemCode* const codes = buffer.codes(row);
         const int facet_runs = find_run_ends(codes, cells.columns, scratch.facet_ends.data());
         for (int run = 0, begin = 0; run < facet_runs; ++run) {
@@ -123,7 +160,7 @@ double PatchLookup::add_cells(const ItemBuffer& buffer, const ProjectionCells& c
                                  .w_x = static_cast<float>(lines.w.x),
                                  .last_column = static_cast<float>(lines.grid->nu - 1),
                                  .last_row = static_cast<float>(lines.grid->nv - 1),
-                                 .columns = lines.grid->nu,
+                                 .columns = static_cast<float>(lines.grid->nu),
                                  .first_cell = static_cast<std::int32_t>(lines.grid->first_cell)},
                                 x + begin, end - begin, grid_cells + begin);
             }
@@ -132,39 +169,17 @@ double PatchLookup::add_cells(const ItemBuffer& buffer, const ProjectionCells& c
         const int cell_runs = find_run_ends(grid_cells, cells.columns, scratch.cell_ends.data());
         for (int run = 0, begin = 0; run < cell_runs; ++run) {
             const int end = scratch.cell_ends[static_cast<std::size_t>(run)];
-            const std::int32_t cell = grid_cells[begin];
-            if (cell == nowhere) {
-                lost += cells.weight(row, begin, end);
-            } else if (const PatchId only = only_patch_[static_cast<std::size_t>(cell)]; only != PatchId::none) {
-                sums.add(only, cells.weight(row, begin, end));
+            const auto cell = static_cast<std::size_t>(grid_cells[begin]);
+            if (const std::int32_t patch = patch_of_cell_[cell]; patch >= 0) {
+                sums.add(static_cast<std::size_t>(patch), running_weight[end] - running_weight[begin]);
             } else {
-                // Several patches. They are convex, so that the row shows each of them in one piece. Depth comes from a
-                // facet of the face, whichever.
                 const FacetId facet = ItemBuffer::facet_of(codes[begin]);
-                const ItemBuffer::Entry& entry = entries[buffer.entry_number(facet)];
-                const glm::dvec3 row_direction = projection.axes.forward + y * projection.axes.up;
-                for (int next = begin; begin < end; begin = next) {
-                    // Farther than farthest_m only by rounding, where a facet is seen almost edge-on.
-                    const double depth_m = 1 / std::max(entry.w_1 + entry.w_y * y + entry.w_x * x[begin], 1 / farthest_m);
-                    const glm::dvec3 direction = row_direction + static_cast<double>(x[begin]) * projection.axes.right;
-                    const PatchId patch =
-                        patch_at(static_cast<std::size_t>(cell), facets_[facet].face, projection.eye_m + depth_m * direction);
-                    next = begin + 1;
-                    if (patch == PatchId::none) {
-                        lost += cells.weight(row, begin, next);
-                        continue;
-                    }
-                    if (next < end) {
-                        const double leaves_at = exit(patch, entry, projection, y);
-                        while (next < end && x[next] < leaves_at) ++next;
-                    }
-                    sums.add(patch, cells.weight(row, begin, next));
-                }
+                add_cut_run({cut_cells_[static_cast<std::size_t>(-1 - patch)], facet, begin, end, y, x, running_weight}, scratch.lines[buffer.entry_number(facet)], projection,
+                            sums);
             }
             begin = end;
         }
     }
-    return lost;
 }
 
 }  // namespace naturel

@@ -71,10 +71,9 @@ struct ProjectionCells {
     int column_of(int row, double x) const;
 
     /// Form factor of the cells [begin, end) of a row; exact (docs/hemicube.md, eq. 3 and 4).
-    double weight(int row, int begin, int end) const {
-        const double* first =
-            running_weight.data() + static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns) + 1);
-        return first[end] - first[begin];
+    double weight(int row, int begin, int end) const { return running_weight_of(row)[end] - running_weight_of(row)[begin]; }
+    const double* running_weight_of(int row) const {
+        return running_weight.data() + static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns) + 1);
     }
 };
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -51,7 +52,7 @@ TEST_CASE("a preset chooses what neither the scene nor the command line names", 
     const auto chosen = unnamed.summary();
     CHECK(chosen["options"]["quality"] == "draft");
     CHECK(chosen["options"]["grid_spacing_m"] == 0.5);
-    CHECK(chosen["options"]["direct_tolerance"] == 0.02);
+    CHECK(chosen["options"]["direct_tolerance"] == 0.05);
     CHECK(chosen["options"]["radiosity_tolerance"] == 1e-7);
     CHECK(chosen["estimated_error"].is_null());
     REQUIRE(named.run({"--quality", "draft", "--tolerance", "0.1", "--no-error-estimate"}).exit_code == 0);
@@ -69,7 +70,7 @@ TEST_CASE("a dry run tells what would be done and writes nothing", "[cli][qualit
     const Room room(false);
     const Outcome outcome = room.run({"--dry-run", "--quality", "fine"});
     REQUIRE(outcome.exit_code == 0);
-    for (const char* part : {"quality fine", "grid 0.125 m indoors", "facets", "nodes", "sensors", "memory at most", "work:"})
+    for (const char* part : {"quality fine", "grid 0.125 m indoors", "facets", "nodes", "sensors", "memory at most", "work:", "time about"})
         CHECK(outcome.output.find(part) != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(room.folder / "out"));
 }
@@ -97,4 +98,61 @@ TEST_CASE("the estimated error has the same bits for any number of threads", "[c
     REQUIRE(room.run({"--quality", "draft", "--threads", "3"}, "three").exit_code == 0);
     CHECK_FALSE(room.summary("one")["estimated_error"].is_null());
     CHECK(room.summary("one") == room.summary("three"));
+}
+
+#ifdef NATUREL_HAS_EMBREE
+TEST_CASE("the reference takes pairs of patches, and says so", "[cli][quality]") {
+    const Room room;
+    REQUIRE(room.run({"--quality", "reference", "--node-irc", "patch", "--pair-tolerance", "1e-3", "--no-error-estimate"})
+                .exit_code == 0);
+    const auto settings = room.summary()["backend"]["settings"];
+    CHECK(settings["form_factors"] == "pairwise");
+    CHECK(settings["pair_tolerance"] == "0.001");
+    REQUIRE(room.run({"--quality", "draft", "--no-error-estimate"}).exit_code == 0);
+    CHECK(room.summary()["backend"]["settings"]["form_factors"] == "hemisphere");
+}
+
+TEST_CASE("options that the method of form factors would ignore are refused", "[cli][quality]") {
+    const Room room;
+    const Outcome rays = room.run({"--quality", "reference", "--rays", "256"});
+    CHECK(rays.exit_code == 2);
+    CHECK(rays.errors.find("--form-factors hemisphere") != std::string::npos);
+    const Outcome tolerance = room.run({"--pair-tolerance", "1e-3"});
+    CHECK(tolerance.exit_code == 2);
+    CHECK(tolerance.errors.find("--form-factors pairwise") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(room.folder / "out"));
+}
+#endif
+
+TEST_CASE("check forecasts what a run takes, more for a finer quality", "[cli][quality]") {
+    const Room room(false);
+    const auto forecast = [&](const std::string& quality) {
+        const Outcome outcome = run_naturel({"check", (room.folder / "room.json").string(), "--quality", quality});
+        REQUIRE(outcome.exit_code == 0);
+        const std::string start = "quality " + quality + ": memory up to about ";
+        const std::size_t at = outcome.output.find(start);
+        REQUIRE(at != std::string::npos);
+        CHECK(outcome.output.find("of one core", at) != std::string::npos);
+        return std::stod(outcome.output.substr(at + start.size()));  // MB
+    };
+    CHECK(forecast("normal") > forecast("draft"));
+    CHECK(forecast("fine") > forecast("normal"));
+}
+
+TEST_CASE("without zones in the grid a run neither finds nor writes them", "[cli][quality]") {
+    const Room room;
+    std::string text = content_of(room.folder / "room.json");
+    const std::string spacing = "\"grid\": {\"spacing_m\": 1}";
+    text.replace(text.find(spacing), spacing.size(), "\"grid\": {\"spacing_m\": 1, \"zones\": false}");
+    REQUIRE(room.run({"--quality", "draft", "--no-error-estimate"}, "with").exit_code == 0);
+    write(room.folder / "room.json", text);
+    REQUIRE(room.run({"--quality", "draft", "--no-error-estimate"}, "without").exit_code == 0);
+    const auto has_zones = [&](const std::string& out) {
+        const auto stages = nlohmann::json::parse(content_of(room.folder / out / backend_names().back() / "timings.json"))["stages"];
+        const bool found = std::ranges::any_of(stages, [](const auto& stage) { return stage["stage"] == "zones"; });
+        CHECK(found == std::filesystem::exists(room.folder / out / "zones.json"));
+        return found;
+    };
+    CHECK(has_zones("with"));
+    CHECK_FALSE(has_zones("without"));
 }

@@ -217,6 +217,35 @@ TEST_CASE("a picture shows sky above ground through the window", "[picture]") {
     CHECK_THAT(picture.luminance_cd_m2[95].g, WithinRel(0.2 * 1000.0, 1e-9));
 }
 
+TEST_CASE("a diffuse surface has the same luminance in parallel and perspective pictures", "[picture]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = room_with_window();
+    scene.polyhedra.pop_back();  // the desk
+    scene.sky = {.model = SkyModel::uniform, .zenith_luminance_cd_m2 = 1000.0};
+    const Lit lit = light(scene, backend);
+    NoProgress progress;
+    // 4 m x 3 m of the floor, at z = 0.3 m, in pixels of 0.1 m, the middle at (2, 2.5); north at the top.
+    const View plan{.id = "plan", .kind = ViewKind::parallel, .from_m = {2, 2.5, 2}, .to_m = {2, 2.5, 0.3}, .up = {0, 1, 0},
+                    .width_m = 4, .width = 40, .height = 30};
+    const Picture parallel = draw_view(scene, lit.building, lit.grid, *lit.visibility, lit.solution, plan, progress);
+    double darkest = 1e9, brightest = 0.0;
+    for (const std::size_t row : {3u, 15u, 27u}) {
+        for (const std::size_t column : {5u, 20u, 31u}) {
+            // The same pixel from straight above.
+            const dvec3 point_m(0.1 * (static_cast<double>(column) + 0.5), 4 - 0.1 * (static_cast<double>(row) + 0.5), 0.3);
+            const View view{.id = "v", .from_m = point_m + dvec3(0, 0, 2), .to_m = point_m, .up = {0, 1, 0},
+                            .field_of_view_rad = 2 * std::atan(0.05 / 2), .width = 1, .height = 1};
+            const Picture perspective = draw_view(scene, lit.building, lit.grid, *lit.visibility, lit.solution, view, progress);
+            const double luminance = parallel.luminance_cd_m2[row * 40 + column].g;
+            // Both average the same four points of the floor: rounding.
+            CHECK_THAT(luminance, WithinRel(perspective.luminance_cd_m2[0].g, 1e-9));
+            darkest = std::min(darkest, luminance), brightest = std::max(brightest, luminance);
+        }
+    }
+    CHECK(brightest > 2 * darkest);  // places can be told apart
+}
+
 namespace {
 
 /// Area-weighted mean illuminance of all surfaces of a room, lx.

@@ -114,7 +114,8 @@ const char* const full_scene = R"(
     {"id": "eye", "points": [[1, 1, 1.2, 0, -2, 0], [1, 2, 1.2]]}
   ],
   "views": [
-    {"id": "down", "kind": "perspective", "from": [1, 1, 3], "to": [1, 1, 0], "up": [0, 2, 0], "fov_deg": 90, "width": 640, "height": 480}
+    {"id": "down", "kind": "perspective", "from": [1, 1, 3], "to": [1, 1, 0], "up": [0, 2, 0], "fov_deg": 90, "width": 640, "height": 480},
+    {"id": "plan", "kind": "parallel", "from": [1, 1, 3], "to": [1, 1, 0], "up": [0, 2, 0], "width_m": 4.5}
   ]
 })";
 
@@ -245,12 +246,15 @@ TEST_CASE("every key of a scene file arrives in the scene", "[reader]") {
     CHECK(s.sensors[1].points[0].normal == glm::dvec3(0, -1, 0));
     CHECK(s.sensors[1].points[1].normal == glm::dvec3(0, 0, 1));
 
-    REQUIRE(s.views.size() == 1);
+    REQUIRE(s.views.size() == 2);
     CHECK(s.views[0].id == "down");
     CHECK(s.views[0].up == glm::dvec3(0, 1, 0));
     CHECK(s.views[0].field_of_view_rad == radians_from_degrees(90));
     CHECK(s.views[0].width == 640);
     CHECK(s.views[0].height == 480);
+    CHECK(s.views[0].kind == ViewKind::perspective);
+    CHECK(s.views[1].kind == ViewKind::parallel);
+    CHECK(s.views[1].width_m == 4.5);
     CHECK(s.source_sha256 == sha256_hex(full_scene));
 }
 

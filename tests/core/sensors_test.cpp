@@ -1,5 +1,6 @@
 #include "core/sensors.h"
 
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "tests/catch.h"
@@ -74,4 +75,22 @@ TEST_CASE("an indoor polygon does not draw the open air indoors, a room of polyg
     const auto sensors = place_sensors(imported, assemble(imported));
     REQUIRE(sensors.size() == 4 * 5 - 1);  // the crate and less than 0.5 m around it
     for (const Sensor& sensor : sensors) CHECK((sensor.medium == Medium::indoor_air));
+}
+
+TEST_CASE("neither an alcove nor a pillar shifts the sensor grid", "[core][sensors]") {
+    // The alcove is 1 m wide, less than half of the room: the grid is centred in the 5 m of the room alone. The pillar, between the
+    // points, takes its own width away.
+    Scene scene = empty_scene();
+    scene.polyhedra = {box("building", Effect::fill, {-2, -2, 0}, {9, 12, 4}), box("room", Effect::carve, {0, 0, 0}, {6, 5, 3}),
+                       box("alcove", Effect::carve, {2, 5, 0}, {3, 9, 3}), box("pillar", Effect::fill, {2.75, 2.25, 0}, {3.25, 2.75, 3})};
+    const auto sensors = sensors_of(scene, {.z_m = 0.85, .spacing_m = 1.0, .margin_m = 0.0});
+    // y: 0 to 5 m in the room and on to 9 m in the alcove; x: 0 to 6 m. Points on the outline count or not by rounding.
+    std::size_t inside = 0;
+    for (const Sensor& sensor : sensors) {
+        const auto& p = sensor.point.position_m;
+        CHECK(std::abs(p.x - std::round(p.x)) < 1e-4);
+        CHECK(std::abs(p.y - std::round(p.y)) < 1e-4);
+        if (p.x > 0.5 && p.x < 5.5 && p.y > 0.5 && p.y < 4.5) ++inside;
+    }
+    CHECK(inside == 5 * 4);
 }

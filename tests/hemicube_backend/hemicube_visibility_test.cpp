@@ -582,7 +582,7 @@ TEST_CASE("every pixel shows the facet that a ray through its centre meets", "[h
     for (int row = 0; row < view.height; ++row) {
         for (int column = 0; column < view.width; ++column) {
             const tests::RayHit hit =
-                tests::cast_ray(room.building, view.from_m, camera.direction(column + 0.5, row + 0.5));
+                tests::cast_ray(room.building, view.from_m, camera.ray(column + 0.5, row + 0.5).direction);
             const FacetId shown = seen[static_cast<std::size_t>(row * view.width + column)];
             open += shown == FacetId::none;
             if (hit.edge_margin_rad < 1e-6) {

@@ -1,5 +1,6 @@
 // How far projections are from closed forms, and why: aliasing, truncation, proximity; what the rim of a single plane costs.
-// Usage: hemicube_error_study PAIRS    prints tables in Markdown and writes hemicube_error.svg. docs/hemicube.md shows both.
+// Usage: hemicube_error_study PAIRS    prints tables in Markdown and draws hemicube_error.svg, hemicube_truncation.svg and
+// hemicube_proximity.svg; docs/hemicube.md shows them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -130,6 +131,11 @@ Spread errors_of(int pairs, const Method& method) {
 struct Curve {
     std::string name, colour;
     std::vector<double> x, y;
+
+    void add(double x_value, double y_value) {
+        x.push_back(x_value);
+        y.push_back(y_value);
+    }
 };
 
 /// Curves in a square with logarithmic axes, 10^first to 10^last.
@@ -170,8 +176,7 @@ void aliasing(int pairs) {
                                             CellSpacing::equal_plane_angle, CellSpacing::uniform};
             const Spread e = errors_of(pairs, m == 0 ? hemicube(n) : plane(n, 14, spacings[m]));
             fmt::print("| {} | {} | {:.3f} | {:.3f} | {:.2f} |\n", names[m], n, 100 * e.median, 100 * e.p95, 100 * e.worst);
-            curve.x.push_back(n);
-            curve.y.push_back(100 * e.median);
+            curve.add(n, 100 * e.median);
         }
         curves.push_back(curve);
     }
@@ -180,12 +185,17 @@ void aliasing(int pairs) {
 
 void truncation(int pairs) {
     fmt::print("\n| d/h | lost, closed form % | median % | 95th percentile % | worst % |\n|---|---|---|---|---|\n");
+    Curve lost{"lost of a row", "#1f77b4", {}, {}}, median{"median error", "#d62728", {}, {}}, p95{"95th percentile", "#2ca02c", {}, {}},
+        worst{"worst error", "#9467bd", {}, {}};
     for (const double d_h : {1.0, 3.0, 7.0, 14.0, 30.0, 100.0}) {
         const double s = d_h / std::sqrt(1 + d_h * d_h);
         const Spread e = errors_of(pairs, plane(512, d_h, CellSpacing::equal_solid_angle));
-        fmt::print("| {:g} | {:.3f} | {:.4f} | {:.3f} | {:.2f} |\n", d_h, 100 * (1 - 4 / pi * s * std::atan(s)), 100 * e.median, 100 * e.p95,
-                   100 * e.worst);
+        const double share = 1 - 4 / pi * s * std::atan(s);
+        fmt::print("| {:g} | {:.3f} | {:.4f} | {:.3f} | {:.2f} |\n", d_h, 100 * share, 100 * e.median, 100 * e.p95, 100 * e.worst);
+        lost.add(d_h, 100 * share), median.add(d_h, 100 * e.median), p95.add(d_h, 100 * e.p95), worst.add(d_h, 100 * e.worst);
     }
+    draw("hemicube_truncation.svg", {lost, median, p95, worst}, 1, 100, -3, 2, "d/h of the single plane (equal solid angle, 512 cells)",
+         "share of a row, error of a form factor, %");
 }
 
 /// A square patch and an equal one at a right angle that shares no point with it but comes near; the exact value by 64 x 64
@@ -194,6 +204,8 @@ void proximity() {
     fmt::print("\n| gap / side | centre, exact % | 1 % | 4 % | 16 % | 64 % |\n|---|---|---|---|---|---|\n");
     const Method method = hemicube(256);
     ItemBuffer buffer;
+    std::vector<Curve> curves{{"centre, closed form", "#7f7f7f", {}, {}}, {"1 viewpoint", "#1f77b4", {}, {}}, {"4 viewpoints", "#d62728", {}, {}},
+                              {"16 viewpoints", "#2ca02c", {}, {}}, {"64 viewpoints", "#9467bd", {}, {}}};
     for (const double gap : {0.05, 0.25, 0.5, 1.0, 2.0, 4.0}) {
         const Square wall{{{0.5 + gap, -0.5, 1e-6}, {0.5 + gap, -0.5, 1}, {0.5 + gap, 0.5, 1}, {0.5 + gap, 0.5, 1e-6}}, {-1, 0, 0}};
         const auto mean = [&](int side, auto value) {
@@ -203,13 +215,20 @@ void proximity() {
             return sum / (side * side);
         };
         const double exact = mean(128, [&](const dvec3& p, int) { return exact_form_factor(wall, p); });
-        fmt::print("| {:g} | {:+.2f}", gap, 100 * (exact_form_factor(wall, {}) / exact - 1));
-        for (const int side : {1, 2, 4, 8}) {
-            const double got = mean(side, [&](const dvec3& p, int k) { return projected_form_factor(wall, p, 0.3 + 0.37 * k, method, buffer); });
+        const double centre_error = exact_form_factor(wall, {}) / exact - 1;
+        fmt::print("| {:g} | {:+.2f}", gap, 100 * centre_error);
+        curves[0].add(gap, 100 * std::abs(centre_error));
+        const int sides[] = {1, 2, 4, 8};
+        for (std::size_t k = 0; k < 4; ++k) {
+            const double got =
+                mean(sides[k], [&](const dvec3& p, int j) { return projected_form_factor(wall, p, 0.3 + 0.37 * j, method, buffer); });
             fmt::print(" | {:+.2f}", 100 * (got / exact - 1));
+            curves[k + 1].add(gap, 100 * std::abs(got / exact - 1));
         }
         fmt::print(" |\n");
     }
+    draw("hemicube_proximity.svg", curves, 0.05, 4, -2, 1, "gap / side of two equal squares at a right angle (hemi-cube, 256 cells)",
+         "error of the form factor between them, %");
 }
 
 void rim() {

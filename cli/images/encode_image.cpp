@@ -1,0 +1,34 @@
+// The only user of OpenImageIO. A module of its own: with OpenImageIO come some 250 libraries, and loading them takes longer
+// than a small room does. The program loads it when there are pictures to write.
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <memory>
+#include <stdexcept>
+
+#include "cli/images/image_file.h"
+
+extern "C" void naturel_encode_image(const naturel::ImageFile& image, std::string& bytes) {
+    const OIIO::TypeDesc format = image.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
+    OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()), format);
+    spec.channelnames = image.channels;
+    spec.alpha_channel = -1;
+    for (const auto& [name, text] : image.texts)
+        spec.attribute(name, text);
+    for (const auto& [name, numbers] : image.numbers) {
+        if (numbers.size() == 1)
+            spec.attribute(name, numbers.front());
+        else
+            spec.attribute(name, OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, static_cast<int>(numbers.size())), numbers.data());
+    }
+    // One thread: the number of threads of the process belongs to TBB.
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", 1);
+    std::vector<unsigned char> encoded;
+    OIIO::Filesystem::IOVecOutput memory(encoded);
+    const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(image.file_name, &memory);
+    if (!output) throw std::runtime_error(OIIO::geterror());
+    if (!output->open(image.file_name, spec) || !output->write_image(format, image.pixels) || !output->close())
+        throw std::runtime_error(output->geterror());
+    bytes.assign(encoded.begin(), encoded.end());
+}
