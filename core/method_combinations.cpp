@@ -21,11 +21,17 @@ MethodCombinations::Direct MethodCombinations::direct(const Visibility& visibili
     return direct;
 }
 
-MethodCombinations::Gathering MethodCombinations::gathering(const Visibility& visibility) const {
-    Gathering rows{std::vector<FormFactorRow>(sensors_.size()), std::vector<FormFactorRow>(grid_.nodes.size())};
+MethodCombinations::Gathering MethodCombinations::gathering_at_sensors(const Visibility& visibility) const {
+    Gathering rows{std::vector<FormFactorRow>(sensors_.size()), {}};
     parallel_stage("gathering at sensors", sensors_.size(), 2, progress_, [&](std::size_t s) {
         if (sensors_[s].medium == Medium::indoor_air) visibility.gather_row(sensors_[s].point, rows.sensors[s]);
     });
+    return rows;
+}
+
+MethodCombinations::Gathering MethodCombinations::gathering(const Visibility& visibility) const {
+    Gathering rows = gathering_at_sensors(visibility);
+    rows.nodes.resize(grid_.nodes.size());
     parallel_stage("gathering at nodes", grid_.nodes.size(), 4, progress_, [&](std::size_t n) {
         const Node& node = grid_.nodes[n];
         visibility.gather_row({node.gather_position_m, building_.faces[index(node.face)].normal}, rows.nodes[n]);

@@ -47,9 +47,10 @@ public:
     /// What points see of the patches: geometry alone.
     struct Gathering {
         std::vector<FormFactorRow> sensors;  ///< [sensors]
-        std::vector<FormFactorRow> nodes;    ///< [grid.nodes]
+        std::vector<FormFactorRow> nodes;    ///< [grid.nodes]; empty if only sensors gather
     };
     Gathering gathering(const Visibility& visibility) const;
+    Gathering gathering_at_sensors(const Visibility& visibility) const;
 
     /// indirect: at the nodes; sensors gather. repair: that of the form factors.
     LightState state(const FormFactors& form_factors, const Direct& direct, const Gathering& gathering, IndirectMethod indirect,

@@ -1,0 +1,54 @@
+#include "cli/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace naturel {
+
+DifferenceStatistics difference_statistics(const Comparison& comparison, const LightState& a, const LightState& b,
+                                           std::size_t component, std::size_t set) {
+    const ErrorBudget& budget = comparison.budget;
+    DifferenceStatistics found;
+    std::vector<double> sizes;
+    for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
+        if (budget.sensors[s].set != set || budget.sensors[s].medium != Medium::indoor_air) continue;
+        const double difference_lx = a.sensors[s].lx[component] - b.sensors[s].lx[component];
+        if (sizes.empty() || std::abs(difference_lx) > std::abs(found.worst_lx)) found.worst_lx = difference_lx, found.worst = s;
+        found.mean_reference_lx += budget.reference.sensors[s].lx[component];
+        found.mean_lx += difference_lx;
+        found.rms_lx += difference_lx * difference_lx;
+        sizes.push_back(std::abs(difference_lx));
+    }
+    found.points = sizes.size();
+    if (sizes.empty()) return found;
+    const auto n = static_cast<double>(sizes.size());
+    found.mean_reference_lx /= n;
+    found.mean_lx /= n;
+    found.rms_lx = std::sqrt(found.rms_lx / n);
+    std::ranges::sort(sizes);
+    found.percentile_95_lx = sizes[(95 * sizes.size() + 99) / 100 - 1];
+    return found;
+}
+
+std::vector<Components> in_sequence(const ErrorBudget& budget, std::size_t ingredient) {
+    const std::vector<Components>& before =
+        ingredient == 0 ? budget.reference.sensors : budget.ingredients[ingredient - 1].in_sequence.sensors;
+    const std::vector<Components>& after = budget.ingredients[ingredient].in_sequence.sensors;
+    std::vector<Components> differences;
+    for (std::size_t s = 0; s < after.size(); ++s) differences.push_back(after[s] - before[s]);
+    return differences;
+}
+
+bool is_resolved(const Comparison& comparison, std::size_t ingredient) {
+    const ErrorBudget& budget = comparison.budget;
+    double own = 0.0, reference = 0.0;
+    const std::vector<Components> differences = in_sequence(budget, ingredient);
+    for (std::size_t s = 0; s < differences.size(); ++s) {
+        const double error_lx = (budget.again.sensors[s] - budget.reference.sensors[s]).total();
+        own += differences[s].total() * differences[s].total();
+        reference += error_lx * error_lx;
+    }
+    return own > reference;
+}
+
+}  // namespace naturel

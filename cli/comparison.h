@@ -1,0 +1,52 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/options.h"
+#include "cli/sweeps.h"
+#include "core/building.h"
+#include "core/error_budget.h"
+#include "core/patch_grid.h"
+
+namespace naturel {
+
+/// How far the colours of a picture are from those of the reference: CIEDE2000 over its pixels.
+struct PictureDifference {
+    std::string view;
+    double mean = 0.0, percentile_95 = 0.0, worst = 0.0;
+};
+
+/// A finished comparison, and everything it came from: what its writers see. Refers to its parts.
+struct Comparison {
+    const CompareOptions& options;
+    const Scene& scene;
+    const Building& building;
+    const PatchGrid& grid;
+    const BudgetVisibilities& visibilities;
+    const ErrorBudget& budget;
+    const BudgetFormFactors& form_factors;
+    const std::vector<Sweep>& sweeps;
+    const std::vector<PictureDifference>& pictures;
+};
+
+/// Signed differences of some points, with the mean of the reference there. Empty sets are left out where these are listed.
+struct DifferenceStatistics {
+    std::size_t points = 0;
+    double mean_reference_lx = 0.0;
+    double mean_lx = 0.0, rms_lx = 0.0, percentile_95_lx = 0.0;  ///< the last of the sizes
+    double worst_lx = 0.0;                                       ///< signed
+    std::size_t worst = 0;                                       ///< sensor
+};
+
+/// a minus b, one component, over the sensors of a set that are indoors.
+DifferenceStatistics difference_statistics(const Comparison& comparison, const LightState& a, const LightState& b,
+                                           std::size_t component, std::size_t set);
+
+/// What an ingredient adds where all before it are in place: [sensors of the budget], component by component.
+std::vector<Components> in_sequence(const ErrorBudget& budget, std::size_t ingredient);
+
+/// Whether an ingredient shows beside the error of the reference, over all sensors, total illuminance: RMS against RMS.
+bool is_resolved(const Comparison& comparison, std::size_t ingredient);
+
+}  // namespace naturel
