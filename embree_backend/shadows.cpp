@@ -23,7 +23,11 @@ constexpr double of_centroid = 0.4 * 3 / 4, of_vertices = 0.4 / 4;  // on triang
 constexpr double of_spread = 0.15, of_range = 0.024, unseen = 0.002;
 // Where a corner of the cell comes close to the target the form factor rises steeply and would give that corner all the weight.
 // There Gauss's points stand alone, with a greater share for error, found in the same way.
-constexpr double of_weight = 0.3, steep = 1.5, of_spread_steep = 0.2, of_range_steep = 0.1;
+constexpr double steep = 1.5, of_spread_alone = 0.2, of_range_alone = 0.1;
+// They also do where that error is a small part of what is allowed.
+constexpr double enough = 0.25;
+// How much of a wrong weight of one part of the cell against another goes wrong in the mean.
+constexpr double of_weight = 0.3;
 constexpr int deepest = 12;
 constexpr std::size_t most_cells = 4096;
 
@@ -273,7 +277,6 @@ void Shadows::evaluate(Cell& cell) {
         }
         const double middle = at(1.0 / 3, 1.0 / 3, all);
         middle_share = share_of(middle, all), middle_all = all;
-        for (const auto& [s, t] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}) corner(s, t, 1.0 / 3);
     } else {
         for (const double s : {gauss_2, 1.0 - gauss_2})
             for (const double t : {gauss_2, 1.0 - gauss_2}) {
@@ -283,22 +286,35 @@ void Shadows::evaluate(Cell& cell) {
             }
         const double middle = at(0.5, 0.5, all);
         middle_share = share_of(middle, all), middle_all = all;
+    }
+    const double gauss_share = share_of(sum, sum_all), between = unseen * std::exp2(-cell.depth);
+    const auto gauss_error = [&] {
+        return of_spread_alone * std::abs(middle_share - gauss_share) + of_range_alone * (highest - lowest) + 10.0 * between;
+    };
+    cell.all = sum_all * area;
+    if (cell.depth == 0) range_ = std::max(range_, highest - lowest);
+    if (cell.depth == 0 && cell.all * gauss_error() < enough * tolerance_m2_) {
+        cell.visible = gauss_share * cell.all;
+        cell.error = cell.all * gauss_error();
+        return;
+    }
+    if (cell.triangle) {
+        for (const auto& [s, t] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}) corner(s, t, 1.0 / 3);
+    } else {
         for (const double s : {0.0, 1.0})
             for (const double t : {0.0, 1.0}) corner(s, t, 0.5);
     }
-    const double gauss_share = share_of(sum, sum_all), corner_share = share_of(corners, corners_all);
+    const double corner_share = share_of(corners, corners_all), range = highest - lowest;
     double share = 0.0;
-    const double range = highest - lowest, between = unseen * std::exp2(-cell.depth);
     if (largest_corner > steep * largest) {
         share = gauss_share;
-        cell.error = of_spread_steep * std::abs(middle_share - gauss_share) + of_range_steep * range + 10.0 * between;
+        cell.error = gauss_error();
     } else {
         share = cell.triangle ? of_gauss * gauss_share + of_centroid * middle_share + of_vertices * corner_share
                               : of_gauss * gauss_share + of_middle * middle_share + of_corners * corner_share;
         const double spread = std::max({gauss_share, middle_share, corner_share}) - std::min({gauss_share, middle_share, corner_share});
         cell.error = of_spread * spread + of_range * range + between;
     }
-    cell.all = sum_all * area;
     cell.visible = share * cell.all;
     // Where the unoccluded form factor is not smooth, parts that see more or less than the rest have the wrong weight.
     const double few = cell.triangle ? 0.75 * middle_all + 0.25 * corners_all / 3 : (2 * middle_all + corners_all / 4) / 3;
@@ -319,6 +335,7 @@ ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, doubl
             cells_.push_back({.origin_m = v[0], .u_m = v[k] - v[0], .v_m = v[k + 1] - v[0], .triangle = true});
     double visible = 0.0, all = 0.0, error_2 = 0.0;
     range_ = 0.0;
+    tolerance_m2_ = tolerance_m2;
     for (Cell& cell : cells_) evaluate(cell);
     const auto worse = [](const Cell& a, const Cell& b) { return a.error < b.error; };
     std::ranges::make_heap(cells_, worse);

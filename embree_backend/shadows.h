@@ -37,7 +37,7 @@ private:
     struct Flat {
         int count = 0;
         double x[most_corners], y[most_corners];
-        Flat() = default;
+        Flat() {}  // leaves the corners as they are: filling them would cost more than the cuts
         Flat(const Flat& other) { *this = other; }
         Flat& operator=(const Flat& other) {
             count = other.count;
@@ -79,6 +79,7 @@ private:
     std::vector<Flattened> blockers_;
     std::vector<Flat> pieces_, next_;
     std::vector<Cell> cells_;
+    double tolerance_m2_ = 0.0;
     double range_ = 0.0;  ///< of the shares seen from the points of the undivided cells
 };
 
