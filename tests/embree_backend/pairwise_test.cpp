@@ -46,7 +46,7 @@ TEST_CASE("triangles and quadrilaterals take rules that agree with the contour i
     wedge.vertices_m = {glm::dvec3(0, 0, 0), {1.3, 0, 0}, {0, 1.1, 0}, {0, 0, 2.4}};
     scene.polyhedra.push_back(wedge);
     const Building building = assemble(scene);
-    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.25});
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.3});
     NoProgress quiet;
     const FormFactorRows rows = PairwiseExchange(building, grid, {}).rows(false, quiet);
     double worst = 0.0;
