@@ -67,7 +67,7 @@ public:
     /// Form factors from one patch (of an indoor face or an aperture) to the patches it sees. Apertures are surfaces
     /// here: what falls on them is theirs.
     /// row: cleared, then filled with (patch, F_ij) in increasing patch order, each patch once; F_ii absent;
-    /// dimensionless; sum of values + lost + truncated = 1.
+    /// dimensionless; sum of values + lost + truncated = 1, but for the errors of values that are computed and not counted.
     /// Sparse: memory and time follow what is seen, not the number of patches. Source: docs/method.md, "Form factors".
     virtual void form_factor_row(PatchId from, FormFactorRow& row) const = 0;
 
