@@ -41,8 +41,12 @@ struct TracedFacet {
 /// Clipper, a tenth of anything that is built.
 constexpr double same_place_m = 1e-6;
 
-/// Cells with no patch or several are looked up one by one.
+/// Cells with no patch or several: hits there are looked up one by one.
 constexpr std::uint32_t many_patches = 0xffff'ffffu;
+
+/// The cells of a face's grid, where some are cut, are divided for looking patches up, but into no more than this: 32
+/// kilobytes, which caches bear.
+constexpr int most_divided_cells = 1 << 13;
 
 /// Rays of one stratification; rows with more are made of several.
 constexpr int most_rays_per_table = 1 << 17;
@@ -56,8 +60,8 @@ int rounded_rays(int rays) {
 /// How many tables of one size there are: enough that few rows share one (and one of its eight positions), few enough that
 /// making them is a small part of the work and that they take no more than some 16 MB.
 std::size_t table_count(int rays, std::size_t rows) {
-    const std::size_t fitting = (std::size_t{16} << 20) / (20 * static_cast<std::size_t>(rays));
-    return std::clamp<std::size_t>(std::min(rows / 16, fitting), 4, 256);
+    const std::size_t fitting = (std::size_t{16} << 20) / (12 * static_cast<std::size_t>(rays));
+    return std::clamp<std::size_t>(std::min(rows / 64, fitting), 4, 256);
 }
 
 /// Rows from points are few or many; nobody says.
@@ -130,7 +134,7 @@ public:
                 shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
                       [&](std::size_t first, Packet& packet) {
                           RTCRay8& ray = packet.rays.ray;
-                          sampler.place(table, first, digits, ray.org_x, ray.org_y, ray.org_z);
+                          sampler.place(tables.starts(), first, digits, ray.org_x, ray.org_y, ray.org_z);
                       },
                       second_start, scratch);
                 more -= table.rays();
@@ -251,7 +255,7 @@ private:
 
     static const RayTables& largest_within(const TablesBySize& tables, std::int64_t rays) {
         std::size_t k = 0;
-        while (k + 1 < tables.size() && tables[k + 1]->tiles().rays() <= rays) ++k;
+        while (k + 1 < tables.size() && tables[k + 1]->rays() <= rays) ++k;
         return *tables[k];
     }
 
@@ -354,22 +358,23 @@ private:
         HitMap map;
         map.facet = f;
         if (!facet.receives || grid.nu == 0 || grid.nv == 0) return map;  // without a normal: never clear
-        const auto column = [&](const glm::dvec3& p) { return glm::dot(p + centre_m_ - grid.origin_m, grid.du); };
-        const auto row = [&](const glm::dvec3& p) { return glm::dot(p + centre_m_ - grid.origin_m, grid.dv); };
+        const FaceCells& cells = face_cells_[index(facet.face)];
+        const auto column = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.du); };
+        const auto row = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.dv); };
         map.column = static_cast<float>(column(a));
         map.column_u = static_cast<float>(column(b) - column(a));
         map.column_v = static_cast<float>(column(c) - column(a));
         map.row = static_cast<float>(row(a));
         map.row_u = static_cast<float>(row(b) - row(a));
         map.row_v = static_cast<float>(row(c) - row(a));
-        map.last_column = static_cast<float>(grid.nu - 1);
-        map.last_row = static_cast<float>(grid.nv - 1);
+        map.last_column = static_cast<float>(grid.nu * cells.division - 1);
+        map.last_row = static_cast<float>(grid.nv * cells.division - 1);
         map.normal_x = static_cast<float>(facet.normal.x);
         map.normal_y = static_cast<float>(facet.normal.y);
         map.normal_z = static_cast<float>(facet.normal.z);
         map.edge = edge_share(a, b, c);
-        map.first_cell = grid.first_cell;
-        map.columns = grid.nu;
+        map.first_cell = cells.first;
+        map.columns = grid.nu * cells.division;
         return map;
     }
 
@@ -383,7 +388,51 @@ private:
     /// Points this near each other are the same to Embree: half of what starts are lifted by.
     double tie_m() const { return 0.5 * lift_m_; }
 
+    /// Which patch lies under each cell of each face, the cells of faces with cuts divided.
+    void find_patches_of_cells(std::size_t face_count) {
+        for (std::size_t f = 0; f < face_count; ++f) {
+            const PatchGrid::FaceGrid& grid = grid_.face_grid(make_id<FaceId>(f));
+            const auto cells = static_cast<std::size_t>(grid.nu) * static_cast<std::size_t>(grid.nv);
+            bool cut = false;
+            for (std::size_t c = 0; c < cells; ++c) cut |= grid_.patches_in_cell(grid.first_cell + c).size() > 1;
+            int division = cut ? 4 : 1;
+            while (division > 1 && cells * static_cast<std::size_t>(division * division) > most_divided_cells) division /= 2;
+            face_cells_.push_back({static_cast<std::uint32_t>(patch_of_cell_.size()), division});
+            for (int row = 0; row < grid.nv * division; ++row)
+                for (int column = 0; column < grid.nu * division; ++column)
+                    patch_of_cell_.push_back(patch_under(grid, division, column, row));
+        }
+        patch_of_cell_.push_back(many_patches);  // the unclear cell
+    }
+
+    /// The patch that all of a cell of the divided grid lies on.
+    std::uint32_t patch_under(const PatchGrid::FaceGrid& grid, int division, int column, int row) const {
+        const auto whole = static_cast<std::size_t>(row / division) * static_cast<std::size_t>(grid.nu) +
+                           static_cast<std::size_t>(column / division);
+        const std::span<const PatchId> patches = grid_.patches_in_cell(grid.first_cell + whole);
+        if (patches.size() == 1) return static_cast<std::uint32_t>(patches[0]);
+        // du and dv count cells along the sides, which may be oblique to each other.
+        const double uu = glm::dot(grid.du, grid.du), vv = glm::dot(grid.dv, grid.dv), uv = glm::dot(grid.du, grid.dv);
+        const double scale = 1.0 / ((uu * vv - uv * uv) * division);
+        const glm::dvec3 along = scale * (vv * grid.du - uv * grid.dv), across = scale * (uu * grid.dv - uv * grid.du);
+        for (const PatchId patch : patches) {
+            const std::span<const glm::dvec3> corners = grid_.polygon_of(patch);
+            const auto holds = [&](const glm::dvec3& point) {
+                for (std::size_t k = 0; k < corners.size(); ++k) {
+                    const glm::dvec3 edge = corners[(k + 1) % corners.size()] - corners[k];
+                    if (glm::dot(glm::cross(grid_.patches[index(patch)].normal, edge), point - corners[k]) < -1e-9) return false;
+                }
+                return true;
+            };
+            const glm::dvec3 corner = grid.origin_m + static_cast<double>(column) * along + static_cast<double>(row) * across;
+            if (holds(corner) && holds(corner + along) && holds(corner + across) && holds(corner + along + across))
+                return static_cast<std::uint32_t>(patch);
+        }
+        return many_patches;
+    }
+
     void build_scenes(const Building& building) {
+        find_patches_of_cells(building.faces.size());
         std::vector<glm::vec3> vertices;
         for (const glm::dvec3& v : vertices_m_)
             vertices.emplace_back(v);
@@ -406,11 +455,6 @@ private:
             NATUREL_EXPECT(building.facets[f].is_aperture || f == 0 || !building.facets[f - 1].is_aperture);
             if (!building.facets[f].is_aperture) opaque_triangles = triangles.size();
         }
-        for (std::size_t c = 0; c < grid_.cell_count(); ++c) {
-            const std::span<const PatchId> patches = grid_.patches_in_cell(c);
-            patch_of_cell_.push_back(patches.size() == 1 ? static_cast<std::uint32_t>(patches[0]) : many_patches);
-        }
-        patch_of_cell_.push_back(many_patches);  // the unclear cell
         surfaces_ = embree_api::make_scene(device_.get(), vertices, triangles);
         opaque_ =
             embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles));
@@ -521,26 +565,25 @@ private:
         Packet& packet = scratch.packet;
         RTCRay8& ray = packet.rays.ray;
         scratch.second_tries.clear();
+        scratch.hits.expect(table.rays());
+        const std::uint32_t* const patch_of_cell = patch_of_cell_.data();
         const auto unclear = static_cast<std::uint32_t>(patch_of_cell_.size() - 1);
         const auto end = static_cast<std::size_t>(table.rays());
         for (std::size_t first = 0; first < end; first += packet_size) {
             first_starts(first, packet);
             place_directions(frame, table, first, ray.dir_x, ray.dir_y, ray.dir_z);
             embree_api::trace(surfaces_.get(), packet);
-            std::uint32_t cells[packet_size];
-            find_cells(hit_maps_.data(), packet, unclear, cells);
+            std::uint32_t met[packet_size];
+            find_cells(hit_maps_.data(), packet, unclear, met);
+            bool all_clear = true;
             for (unsigned k = 0; k < packet_size; ++k) {
-                std::uint32_t patch = patch_of_cell_[cells[k]];
-                if (patch == many_patches) {
-                    const PatchId met = patch_met(packet, k);
-                    if (met == PatchId::none) {
-                        scratch.second_tries.push_back({packet.origin(k), packet.direction(k), ray.tfar[k], k});
-                        continue;
-                    }
-                    patch = static_cast<std::uint32_t>(met);
-                }
-                scratch.hits.add(patch, k);
+                met[k] = patch_of_cell[met[k]];
+                all_clear &= met[k] != many_patches;
             }
+            if (all_clear)
+                scratch.hits.add_packet(met);
+            else
+                add_one_by_one(packet, met, scratch);
         }
         for (std::size_t first = 0; first < scratch.second_tries.size(); first += packet_size) {
             const unsigned count = static_cast<unsigned>(
@@ -557,6 +600,17 @@ private:
                 else
                     ++scratch.lost;
             }
+        }
+    }
+
+    void add_one_by_one(const Packet& packet, const std::uint32_t* patches, RowScratch& scratch) const {
+        for (unsigned k = 0; k < packet_size; ++k) {
+            if (patches[k] != many_patches)
+                scratch.hits.add(patches[k], k);
+            else if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
+                scratch.hits.add(static_cast<std::uint32_t>(patch), k);
+            else
+                scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], k});
         }
     }
 
@@ -585,7 +639,12 @@ private:
     std::vector<std::uint32_t> facet_of_triangle_;
     std::vector<float> edges_;  ///< of triangles, see edge_share()
     std::vector<HitMap> hit_maps_;
-    std::vector<std::uint32_t> patch_of_cell_;
+    struct FaceCells {
+        std::uint32_t first;  ///< into patch_of_cell_
+        int division;         ///< of each cell of the face's grid, along either side
+    };
+    std::vector<FaceCells> face_cells_;         ///< [face]
+    std::vector<std::uint32_t> patch_of_cell_;  ///< by rows, one face after the other
     embree_api::Device device_;
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`

@@ -1,10 +1,8 @@
 #include "embree_backend/hit_counts.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "embree_backend/wide.h"
 
@@ -21,9 +19,11 @@ constexpr float gain_of_the_whole = 0.80f;
 constexpr float pooled_freedom = 7.0f;
 
 /// Hits and their variance among the sub-samples, of the sum of all, for each of the patches.
-NATUREL_WIDE void variances(const std::uint32_t* patches, std::size_t count, const std::uint32_t* hits, float* total, float* variance) {
+template <class Count>
+inline __attribute__((always_inline)) void variances(const std::uint32_t* patches, std::size_t count, const Count* hits,
+                                                     float* total, float* variance) {
     for (std::size_t p = 0; p < count; ++p) {
-        const std::uint32_t* const own = hits + std::size_t{patches[p]} * n;
+        const Count* const own = hits + std::size_t{patches[p]} * n;
         float h[n], square[n];
         for (std::uint32_t k = 0; k < n; ++k) h[k] = static_cast<float>(static_cast<std::int32_t>(own[k]));
         // In pairs: the same sums whatever the width of the registers.
@@ -36,12 +36,32 @@ NATUREL_WIDE void variances(const std::uint32_t* patches, std::size_t count, con
     }
 }
 
+NATUREL_WIDE void variances_of_few(const std::uint32_t* patches, std::size_t count, const std::uint16_t* hits, float* total,
+                                   float* variance) {
+    variances(patches, count, hits, total, variance);
+}
+
 }  // namespace
+
+void HitCounts::make_room() {
+    moved_.resize(hits_.size());
+    for (std::size_t p = 0; p < touched_count_; ++p)
+        for (std::size_t k = std::size_t{touched_[p]} * n; k < (std::size_t{touched_[p]} + 1) * n; ++k) {
+            moved_[k] += hits_[k];
+            hits_[k] = 0;
+        }
+    counted_ = 0;
+}
 
 void HitCounts::estimate_variances() {
     total_.resize(touched_count_);
     variance_.resize(touched_count_);
-    variances(touched_.data(), touched_count_, hits_.data(), total_.data(), variance_.data());
+    if (moved_.empty()) {
+        variances_of_few(touched_.data(), touched_count_, hits_.data(), total_.data(), variance_.data());
+    } else {
+        make_room();
+        variances(touched_.data(), touched_count_, moved_.data(), total_.data(), variance_.data());
+    }
     // By octaves of hits.
     const auto octave = [](float hits) { return std::bit_cast<std::uint32_t>(hits) >> 23 & 0xffu; };
     std::array<float, 256> sum{}, mean{};
@@ -79,13 +99,18 @@ void HitCounts::move_to(FormFactorRow& row, std::int64_t rays) {
     row.errors.resize(touched_count_);
     for (std::size_t p = 0; p < touched_count_; ++p) {
         row.patches[p] = make_id<PatchId>(touched_[p]);
-        const std::span<std::uint32_t> own(hits_.data() + std::size_t{touched_[p]} * n, n);
-        row.values[p] = weight * static_cast<double>(std::accumulate(own.begin(), own.end(), std::uint64_t{0}));
+        std::uint64_t hits = 0;
+        for (std::size_t k = std::size_t{touched_[p]} * n; k < (std::size_t{touched_[p]} + 1) * n; ++k) {
+            hits += hits_[k] + (moved_.empty() ? 0u : moved_[k]);
+            hits_[k] = 0;
+        }
+        row.values[p] = weight * static_cast<double>(hits);
         row.errors[p] = static_cast<float>(weight) * std::sqrt(variance_[p]);
-        std::ranges::fill(own, 0u);
         seen_[touched_[p]] = 0;
     }
     touched_count_ = 0;
+    counted_ = 0;
+    moved_ = {};
 }
 
 }  // namespace naturel

@@ -104,8 +104,7 @@ std::uint32_t first_point(std::uint32_t packet) {
 
 RayTable make_ray_table(const Tiles& tiles, std::uint64_t key) {
     const auto rays = static_cast<std::size_t>(tiles.rays());
-    RayTable table{std::vector<float>(rays), std::vector<float>(rays), std::vector<float>(rays),
-                   std::vector<std::uint32_t>(rays), std::vector<std::uint32_t>(rays)};
+    RayTable table{std::vector<float>(rays), std::vector<float>(rays), std::vector<float>(rays)};
     const double cell_width = 0.5 / tiles.columns, cell_height = 0.5 / tiles.rows;  // of a square of side 2
     std::size_t ray = 0;
     for (int row = 0; row < tiles.rows; ++row)
@@ -120,9 +119,6 @@ RayTable make_ray_table(const Tiles& tiles, std::uint64_t key) {
                     std::swap(cells[left - 1], cells[random % left]);
                     random /= left;
                 }
-                const std::uint32_t packet =
-                    2 * morton(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row)) + half;
-                const std::uint32_t point = rays_per_packet * packet + first_point(packet);
                 for (std::uint32_t k = 0; k < rays_per_packet; ++k, ++ray) {
                     const std::uint64_t place = mix(key + (ray + 1) * 0xd1342543de82ef95u);
                     const double along = static_cast<double>(place & 0xffffffffu) * 0x1p-32;
@@ -133,16 +129,30 @@ RayTable make_ray_table(const Tiles& tiles, std::uint64_t key) {
                     table.x[ray] = static_cast<float>(d.x);
                     table.y[ray] = static_cast<float>(d.y);
                     table.z[ray] = static_cast<float>(d.z);
+                }
+            }
+    return table;
+}
+
+StartTable make_start_table(const Tiles& tiles) {
+    StartTable table;
+    for (int row = 0; row < tiles.rows; ++row)
+        for (int column = 0; column < tiles.columns; ++column)
+            for (std::uint32_t half = 0; half < 2; ++half) {
+                const std::uint32_t packet =
+                    2 * morton(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row)) + half;
+                const std::uint32_t point = rays_per_packet * packet + first_point(packet);
+                for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
                     const SobolPoint start = sobol_point(point ^ k);
-                    table.u[ray] = start.u;
-                    table.v[ray] = start.v;
+                    table.u.push_back(start.u);
+                    table.v.push_back(start.v);
                 }
             }
     return table;
 }
 
 RayTables::RayTables(const Tiles& tiles, std::size_t count, std::uint64_t seed)
-    : tiles_(tiles), seed_(seed), count_(count), slots_(std::make_unique<Slot[]>(count)) {}
+    : tiles_(tiles), starts_(make_start_table(tiles)), seed_(seed), count_(count), slots_(std::make_unique<Slot[]>(count)) {}
 
 const RayTable& RayTables::table(std::uint64_t random) const {
     const std::size_t number = random % count_;
@@ -151,38 +161,30 @@ const RayTable& RayTables::table(std::uint64_t random) const {
     return slot.table;
 }
 
-NATUREL_WIDE void place_directions(const HemisphereFrame& frame, const RayTable& table, std::size_t first, float* x,
-                                   float* y, float* z) {
+NATUREL_WIDE void place_directions(const HemisphereFrame& frame, const RayTable& table, std::size_t first,
+                                   float* __restrict x, float* __restrict y, float* __restrict z) {
     const float* const u = table.x.data() + first;
     const float* const v = table.y.data() + first;
     const float* const w = table.z.data() + first;
-    float directions[3][rays_per_packet];
     for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
-        directions[0][k] = u[k] * frame.x.x + v[k] * frame.y.x + w[k] * frame.z.x;
-        directions[1][k] = u[k] * frame.x.y + v[k] * frame.y.y + w[k] * frame.z.y;
-        directions[2][k] = u[k] * frame.x.z + v[k] * frame.y.z + w[k] * frame.z.z;
+        x[k] = u[k] * frame.x.x + v[k] * frame.y.x + w[k] * frame.z.x;
+        y[k] = u[k] * frame.x.y + v[k] * frame.y.y + w[k] * frame.z.y;
+        z[k] = u[k] * frame.x.z + v[k] * frame.y.z + w[k] * frame.z.z;
     }
-    std::copy_n(directions[0], rays_per_packet, x);
-    std::copy_n(directions[1], rays_per_packet, y);
-    std::copy_n(directions[2], rays_per_packet, z);
 }
 
 namespace {
 
 /// origin + u along + v across, eight times. p: origin, along, across.
 NATUREL_WIDE void place_on_parallelogram(const float* p, const std::uint32_t* u, const std::uint32_t* v, const DigitalShift& shift,
-                                         float* x, float* y, float* z) {
-    float positions[3][rays_per_packet];
+                                         float* __restrict x, float* __restrict y, float* __restrict z) {
     for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
         const float s = static_cast<float>(static_cast<int>((u[k] ^ shift.u) >> 8)) * 0x1p-24f;
         const float t = static_cast<float>(static_cast<int>((v[k] ^ shift.v) >> 8)) * 0x1p-24f;
-        positions[0][k] = p[0] + s * p[3] + t * p[6];
-        positions[1][k] = p[1] + s * p[4] + t * p[7];
-        positions[2][k] = p[2] + s * p[5] + t * p[8];
+        x[k] = p[0] + s * p[3] + t * p[6];
+        y[k] = p[1] + s * p[4] + t * p[7];
+        z[k] = p[2] + s * p[5] + t * p[8];
     }
-    std::copy_n(positions[0], rays_per_packet, x);
-    std::copy_n(positions[1], rays_per_packet, y);
-    std::copy_n(positions[2], rays_per_packet, z);
 }
 
 }  // namespace
@@ -221,7 +223,7 @@ PolygonSampler::PolygonSampler(std::span<const glm::dvec3> corners_m, const glm:
     }
 }
 
-void PolygonSampler::place(const RayTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y,
+void PolygonSampler::place(const StartTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y,
                            float* z) const {
     const std::uint32_t *const u = table.u.data() + first, *const v = table.v.data() + first;
     if (parallelogram_) return place_on_parallelogram(parallelogram_m_.data(), u, v, shift, x, y, z);

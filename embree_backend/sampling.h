@@ -40,23 +40,32 @@ inline constexpr std::uint32_t rays_per_packet = 8;
 /// ray in every half tile. How much they differ tells how well all of them together know a form factor.
 inline constexpr std::uint32_t sub_samples = rays_per_packet;
 
-/// Cosine-weighted directions about the z axis, one at a random place in each cell of the tiles, and where on the
-/// patch each ray starts. By packets; the two of a tile follow each other.
+/// Cosine-weighted directions about the z axis, one at a random place in each cell of the tiles. By packets; the two of
+/// a tile follow each other. Lane k of any packet belongs to sub-sample k.
 struct RayTable {
-    std::vector<float> x{}, y{}, z{};         ///< [rays], length 1 within rounding to float
-    std::vector<std::uint32_t> u{}, v{};      ///< [rays] point of the unit square, as binary fractions of 32 bits
+    std::vector<float> x{}, y{}, z{};  ///< [rays], length 1 within rounding to float
 
     int rays() const { return static_cast<int>(x.size()); }
 };
 
 RayTable make_ray_table(const Tiles& tiles, std::uint64_t key);
 
+/// Where on the patch each ray of a table starts: points of the unit square, as binary fractions of 32 bits.
+/// The 8 k points of k packets, k a power of two, that make up a square or two of tiles lie one in each cell of any division of the
+/// unit square into 8 k equal rectangles with sides of powers of two; so do the k points of each sub-sample.
+struct StartTable {
+    std::vector<std::uint32_t> u{}, v{};  ///< [rays]
+};
+
+StartTable make_start_table(const Tiles& tiles);
+
 /// A number of tables of one size, each made when it is first asked for. Safe to use from many threads.
 class RayTables {
 public:
     RayTables(const Tiles& tiles, std::size_t count, std::uint64_t seed);
     const RayTable& table(std::uint64_t random) const;
-    const Tiles& tiles() const { return tiles_; }
+    const StartTable& starts() const { return starts_; }
+    int rays() const { return tiles_.rays(); }
 
 private:
     struct Slot {
@@ -64,6 +73,7 @@ private:
         RayTable table;
     };
     Tiles tiles_;
+    StartTable starts_;
     std::uint64_t seed_;
     std::size_t count_;
     std::unique_ptr<Slot[]> slots_;
@@ -87,7 +97,7 @@ public:
                    const glm::dvec3& shift_m);
 
     /// The starts of a packet, from ray `first` of the table on. x, y, z: [8], filled.
-    void place(const RayTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y, float* z) const;
+    void place(const StartTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y, float* z) const;
 
 private:
     glm::dvec3 shrunk(const glm::dvec3& point_m) const;

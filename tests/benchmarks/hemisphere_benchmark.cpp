@@ -81,7 +81,7 @@ struct Rays {
 };
 
 /// spread: rays start all over the patch, as those of a row do; else from its centre.
-Rays rays_of(const Place& p, PatchId patch, const RayTable& table, bool spread) {
+Rays rays_of(const Place& p, PatchId patch, const RayTable& table, const StartTable& starts, bool spread) {
     Rays rays;
     for (auto* part : {rays.start, rays.direction})
         for (int axis = 0; axis < 3; ++axis) part[axis].resize(static_cast<std::size_t>(table.rays()));
@@ -91,7 +91,7 @@ Rays rays_of(const Place& p, PatchId patch, const RayTable& table, bool spread) 
     const HemisphereFrame frame(from.normal, static_cast<std::uint32_t>(index(patch)) % 8);
     for (std::size_t first = 0; first < rays.start[0].size(); first += rays_per_packet) {
         place_directions(frame, table, first, &rays.direction[0][first], &rays.direction[1][first], &rays.direction[2][first]);
-        sampler.place(table, first, {}, &rays.start[0][first], &rays.start[1][first], &rays.start[2][first]);
+        sampler.place(starts, first, {}, &rays.start[0][first], &rays.start[1][first], &rays.start[2][first]);
     }
     if (!spread)
         for (int axis = 0; axis < 3; ++axis)
@@ -155,12 +155,13 @@ void hemisphere(benchmark::State& state) {
     const auto visibility = make_embree_visibility(p.building, p.grid, {.rays_per_patch = rays_per_row});
     const BareScene bare(p.building);
     const RayTable table = make_ray_table(make_tiles(rays_per_row), 1);
+    const StartTable starts = make_start_table(make_tiles(rays_per_row));
     FormFactorRow row;
     double own = 0.0, bare16 = 0.0, bare8 = 0.0, centre16 = 0.0, entries = 0.0;
     std::size_t rows = 0;
     for (auto _ : state) {
         const PatchId patch = make_id<PatchId>(37 * rows % p.grid.gather_patch_count);
-        const Rays spread = rays_of(p, patch, table, true), centre = rays_of(p, patch, table, false);
+        const Rays spread = rays_of(p, patch, table, starts, true), centre = rays_of(p, patch, table, starts, false);
         bare16 += bare_seconds<16>(bare.scene.get(), spread);
         const double start = cpu_seconds();
         visibility->form_factor_row(patch, row);
