@@ -385,8 +385,8 @@ private:
         return static_cast<float>(tie_m() / smallest_height);
     }
 
-    /// Points this near each other are the same to Embree: half of what starts are lifted by.
-    double tie_m() const { return 0.5 * lift_m_; }
+    /// A ray at a point of an edge passes it within this: starts are lifted, which moves the ray aside by as much, and rounded.
+    double tie_m() const { return 2.0 * lift_m_; }
 
     /// Which patch lies under each cell of each face, the cells of faces with cuts divided.
     void find_patches_of_cells(std::size_t face_count) {
