@@ -58,10 +58,11 @@ int rounded_rays(int rays) {
 }
 
 /// How many tables of one size there are: enough that few rows share one (and one of its eight positions), few enough that
-/// making them is a small part of the work and that they take no more than some 16 MB.
+/// making them is a small part of the work and that they take no more than some 25 MB. A row of several tables takes one
+/// after the other.
 std::size_t table_count(int rays, std::size_t rows) {
     const std::size_t fitting = (std::size_t{16} << 20) / (12 * static_cast<std::size_t>(rays));
-    return std::clamp<std::size_t>(std::min(rows / 64, fitting), 4, 256);
+    return std::clamp<std::size_t>(std::min(rows / 64, fitting), rays < most_rays_per_table ? 4 : 16, 256);
 }
 
 /// Rows from points are few or many; nobody says.
@@ -124,13 +125,14 @@ public:
         RowScratch& scratch = begin_row();
         const std::uint64_t random = mix(mix(seed_) ^ index(from));
         std::int64_t rays = 0;
+        std::uint64_t draws = 0;
         const auto shoot_more = [&](std::int64_t more) {
             while (more > 0) {
                 const RayTables& tables = largest_within(patch_tables_, more);
                 const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
                 const std::uint64_t starts = mix(bits);
                 const DigitalShift digits{static_cast<std::uint32_t>(starts), static_cast<std::uint32_t>(starts >> 32)};
-                const RayTable& table = tables.table(bits >> 3);
+                const RayTable& table = tables.table((random >> 3) + draws++);
                 shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
                       [&](std::size_t first, Packet& packet) {
                           RTCRay8& ray = packet.rays.ray;
@@ -170,9 +172,10 @@ public:
         };
         RowScratch& scratch = begin_row();
         std::int64_t rays = 0;
+        std::uint64_t draws = 0;
         while (rays < point_rays_) {
             const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
-            const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table(bits >> 3);
+            const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table((random >> 3) + draws++);
             shoot(from.normal, table, static_cast<std::uint32_t>(bits & 7u),
                   [&](std::size_t, Packet& packet) {
                       for (unsigned k = 0; k < packet_size; ++k) packet.set_origin(k, lifted);
