@@ -134,9 +134,15 @@ public:
                 const DigitalShift digits{static_cast<std::uint32_t>(starts), static_cast<std::uint32_t>(starts >> 32)};
                 const RayTable& table = tables.table((random >> 3) + draws++);
                 shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                      [&](std::size_t first, Packet& packet) {
+                      [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
                           RTCRay8& ray = packet.rays.ray;
-                          sampler.place(tables.starts(), first, digits, ray.org_x, ray.org_y, ray.org_z);
+                          if (sampler.parallelogram_m()) {
+                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first,
+                                         {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z});
+                          } else {
+                              sampler.place(tables.starts(), first, digits, ray.org_x, ray.org_y, ray.org_z);
+                              place_directions(frame, table, first, ray.dir_x, ray.dir_y, ray.dir_z);
+                          }
                       },
                       second_start, scratch);
                 more -= table.rays();
@@ -177,8 +183,9 @@ public:
             const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
             const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table((random >> 3) + draws++);
             shoot(from.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                  [&](std::size_t, Packet& packet) {
+                  [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
                       for (unsigned k = 0; k < packet_size; ++k) packet.set_origin(k, lifted);
+                      place_directions(frame, table, first, packet.rays.ray.dir_x, packet.rays.ray.dir_y, packet.rays.ray.dir_z);
                   },
                   second_start, scratch);
             rays += table.rays();
@@ -559,22 +566,20 @@ private:
     }
 
     /// Shoots the rays of a table.
-    /// first_starts(first, packet): sets the origins of the rays from `first` on, lifted. second_start(lost): lifted origin of
-    /// the second try of a ray that would be lost.
-    template <class FirstStarts, class SecondStart>
-    void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const FirstStarts& first_starts,
+    /// place_packet(frame, first, packet): sets directions and origins, lifted, of the rays from `first` on.
+    /// second_start(lost): lifted origin of the second try of a ray that would be lost.
+    template <class PlacePacket, class SecondStart>
+    void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlacePacket& place_packet,
                const SecondStart& second_start, RowScratch& scratch) const {
         const HemisphereFrame frame(normal, symmetry);
         Packet& packet = scratch.packet;
-        RTCRay8& ray = packet.rays.ray;
         scratch.second_tries.clear();
         scratch.hits.expect(table.rays());
         const std::uint32_t* const patch_of_cell = patch_of_cell_.data();
         const auto unclear = static_cast<std::uint32_t>(patch_of_cell_.size() - 1);
         const auto end = static_cast<std::size_t>(table.rays());
         for (std::size_t first = 0; first < end; first += packet_size) {
-            first_starts(first, packet);
-            place_directions(frame, table, first, ray.dir_x, ray.dir_y, ray.dir_z);
+            place_packet(frame, first, packet);
             embree_api::trace(surfaces_.get(), packet);
             std::uint32_t met[packet_size];
             find_cells(hit_maps_.data(), packet, unclear, met);

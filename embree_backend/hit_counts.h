@@ -15,11 +15,10 @@ class HitCounts {
 public:
     /// Of a building with so many patches.
     void reserve(std::size_t patch_count) {
-        if (seen_.size() >= patch_count) return;
-        hits_.resize(patch_count * embree_sampling::sub_samples);
-        seen_.resize(patch_count);
-        touched_.resize(patch_count + 1);
-        ordered_.resize((patch_count + 63) / 64);
+        const std::size_t blocks = (patch_count + patches_per_block - 1) / patches_per_block;
+        if (block_seen_.size() >= blocks) return;
+        hits_.resize(blocks * patches_per_block * embree_sampling::sub_samples);
+        block_seen_.resize(blocks);
     }
 
     /// Call before so many rays are added, one after another or by add_packet().
@@ -30,26 +29,18 @@ public:
     }
 
     void add(std::uint32_t patch, std::uint32_t sub_sample) {
-        ++hits_[patch * embree_sampling::sub_samples + sub_sample];
-        touched_[touched_count_] = patch;  // kept if it is new
-        touched_count_ += seen_[patch] == 0;
-        seen_[patch] = 1;
+        ++hits_[std::size_t{patch} * embree_sampling::sub_samples + sub_sample];
+        block_seen_[patch / patches_per_block] = 1;
     }
 
     /// One patch for each sub-sample. patches: [8].
     void add_packet(const std::uint32_t* patches) {
         std::uint16_t* const hits = hits_.data();
-        std::uint8_t* const seen = seen_.data();
-        std::uint32_t* const touched = touched_.data();
-        std::size_t count = touched_count_;
+        std::uint8_t* const seen = block_seen_.data();
         for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) {
-            const std::size_t patch = patches[k];
-            ++hits[patch * embree_sampling::sub_samples + k];
-            touched[count] = static_cast<std::uint32_t>(patch);
-            count += seen[patch] ^ 1u;
-            seen[patch] = 1;
+            ++hits[std::size_t{patches[k]} * embree_sampling::sub_samples + k];
+            seen[patches[k] / patches_per_block] = 1;
         }
-        touched_count_ = count;
     }
 
     /// Root of the sum of the squares of the estimated errors, were the row to be made of the hits so far.
@@ -59,17 +50,18 @@ public:
     void move_to(FormFactorRow& row, std::int64_t rays);
 
 private:
+    static constexpr std::size_t patches_per_block = 32;
+
     void make_room();
+    void list_touched();
     void estimate_variances();
 
-    std::vector<std::uint16_t> hits_;      ///< [patch x sub_samples]
-    std::int64_t counted_ = 0;             ///< rays in hits_, at most
-    std::vector<std::uint32_t> moved_;     ///< [patch x sub_samples] hits that had to make room; empty while there are none
-    std::vector<std::uint8_t> seen_;       ///< [patch] 0 or 1
-    std::vector<std::uint32_t> touched_;   ///< the patches seen, in no order
-    std::size_t touched_count_ = 0;
-    std::vector<std::uint64_t> ordered_;   ///< one bit per patch: read in order, no sorting
-    std::vector<float> total_, variance_;  ///< [touched]
+    std::vector<std::uint16_t> hits_;       ///< [patch x sub_samples]
+    std::int64_t counted_ = 0;              ///< rays in hits_, at most
+    std::vector<std::uint32_t> moved_;      ///< [patch x sub_samples] hits that had to make room; empty while there are none
+    std::vector<std::uint8_t> block_seen_;  ///< whether any of so many neighbouring patches was met
+    std::vector<std::uint32_t> touched_;    ///< patches met, increasing
+    std::vector<float> total_, variance_;   ///< [touched]
 };
 
 }  // namespace naturel

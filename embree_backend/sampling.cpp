@@ -161,8 +161,10 @@ const RayTable& RayTables::table(std::uint64_t random) const {
     return slot.table;
 }
 
-NATUREL_WIDE void place_directions(const HemisphereFrame& frame, const RayTable& table, std::size_t first,
-                                   float* __restrict x, float* __restrict y, float* __restrict z) {
+namespace {
+
+inline __attribute__((always_inline)) void turn(const HemisphereFrame& frame, const RayTable& table, std::size_t first,
+                                                float* __restrict x, float* __restrict y, float* __restrict z) {
     const float* const u = table.x.data() + first;
     const float* const v = table.y.data() + first;
     const float* const w = table.z.data() + first;
@@ -173,11 +175,10 @@ NATUREL_WIDE void place_directions(const HemisphereFrame& frame, const RayTable&
     }
 }
 
-namespace {
-
-/// origin + u along + v across, eight times. p: origin, along, across.
-NATUREL_WIDE void place_on_parallelogram(const float* p, const std::uint32_t* u, const std::uint32_t* v, const DigitalShift& shift,
-                                         float* __restrict x, float* __restrict y, float* __restrict z) {
+inline __attribute__((always_inline)) void spread(const float* p, const StartTable& table, const DigitalShift& shift, std::size_t first,
+                                                  float* __restrict x, float* __restrict y, float* __restrict z) {
+    const std::uint32_t* const u = table.u.data() + first;
+    const std::uint32_t* const v = table.v.data() + first;
     for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
         const float s = static_cast<float>(static_cast<int>((u[k] ^ shift.u) >> 8)) * 0x1p-24f;
         const float t = static_cast<float>(static_cast<int>((v[k] ^ shift.v) >> 8)) * 0x1p-24f;
@@ -187,7 +188,45 @@ NATUREL_WIDE void place_on_parallelogram(const float* p, const std::uint32_t* u,
     }
 }
 
+/// One coordinate picks a triangle of the fan by area and, within it, the distance from the tip. Every triangle is tried for every
+/// ray; the last one that begins before a ray's coordinate stays.
+NATUREL_WIDE void place_on_fan(const FanTriangle* fan, std::size_t count, const StartTable& table, const DigitalShift& shift,
+                               std::size_t first, float* __restrict x, float* __restrict y, float* __restrict z) {
+    const std::uint32_t* const u = table.u.data() + first;
+    const std::uint32_t* const v = table.v.data() + first;
+    float px[rays_per_packet]{}, py[rays_per_packet]{}, pz[rays_per_packet]{};
+    for (std::size_t n = 0; n < count; ++n) {
+        const FanTriangle& f = fan[n];
+        for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
+            const float s = static_cast<float>(static_cast<int>((u[k] ^ shift.u) >> 8)) * 0x1p-24f;
+            const float t = static_cast<float>(static_cast<int>((v[k] ^ shift.v) >> 8)) * 0x1p-24f;
+            const float outward = std::sqrt(std::min(1.0f, std::max(0.0f, (s - f.begin) / f.share)));
+            const bool here = (n == 0) | (s >= f.begin);
+            const float qx = f.tip[0] + outward * (f.first[0] + t * f.second[0]);
+            const float qy = f.tip[1] + outward * (f.first[1] + t * f.second[1]);
+            const float qz = f.tip[2] + outward * (f.first[2] + t * f.second[2]);
+            px[k] = here ? qx : px[k];
+            py[k] = here ? qy : py[k];
+            pz[k] = here ? qz : pz[k];
+        }
+    }
+    std::copy_n(px, rays_per_packet, x);
+    std::copy_n(py, rays_per_packet, y);
+    std::copy_n(pz, rays_per_packet, z);
+}
+
 }  // namespace
+
+NATUREL_WIDE void place_directions(const HemisphereFrame& frame, const RayTable& table, std::size_t first, float* x, float* y,
+                                   float* z) {
+    turn(frame, table, first, x, y, z);
+}
+
+NATUREL_WIDE void place_rays(const HemisphereFrame& frame, const RayTable& table, const float* parallelogram_m,
+                             const StartTable& starts, const DigitalShift& shift, std::size_t first, const RayLanes& rays) {
+    turn(frame, table, first, rays.x, rays.y, rays.z);
+    spread(parallelogram_m, starts, shift, first, rays.start_x, rays.start_y, rays.start_z);
+}
 
 PolygonSampler::PolygonSampler(std::span<const glm::dvec3> corners_m, const glm::dvec3& centroid_m,
                                double margin_m, const glm::dvec3& shift_m)
@@ -218,34 +257,31 @@ PolygonSampler::PolygonSampler(std::span<const glm::dvec3> corners_m, const glm:
         const glm::vec3 across = shrink_ * (corners_m_[3] - corners_m_[0]);
         parallelogram_m_ = {origin.x, origin.y, origin.z, along.x, along.y, along.z, across.x, across.y, across.z};
     } else {
+        double total = 0.0, begin = 0.0;
         for (std::size_t k = 1; k + 1 < corners_m_.size(); ++k)
-            fan_m2_.push_back(doubled_area(corners_m_[0], corners_m_[k], corners_m_[k + 1]));
+            total += doubled_area(corners_m_[0], corners_m_[k], corners_m_[k + 1]);
+        const auto floats = [](const glm::dvec3& v) {
+            return std::array{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+        };
+        for (std::size_t k = 1; k + 1 < corners_m_.size(); ++k) {
+            const double share = doubled_area(corners_m_[0], corners_m_[k], corners_m_[k + 1]) / total;
+            if (!(share > 0.0)) continue;
+            fan_.push_back({static_cast<float>(begin), static_cast<float>(share), floats(shrunk(corners_m_[0])),
+                            floats(shrink_ * (corners_m_[k] - corners_m_[0])), floats(shrink_ * (corners_m_[k + 1] - corners_m_[k]))});
+            begin += share;
+        }
+        if (fan_.empty()) fan_.push_back({0.0f, 1.0f, floats(shrunk(centroid_m)), {}, {}});  // no area
     }
 }
 
 void PolygonSampler::place(const StartTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y,
                            float* z) const {
-    const std::uint32_t *const u = table.u.data() + first, *const v = table.v.data() + first;
-    if (parallelogram_) return place_on_parallelogram(parallelogram_m_.data(), u, v, shift, x, y, z);
-    for (std::uint32_t k = 0; k < rays_per_packet; ++k) {
-        const glm::vec3 p(shrunk(on_fan((u[k] ^ shift.u) * 0x1p-32, (v[k] ^ shift.v) * 0x1p-32)));
-        x[k] = p.x, y[k] = p.y, z[k] = p.z;
-    }
+    if (parallelogram_) return spread(parallelogram_m_.data(), table, shift, first, x, y, z);
+    place_on_fan(fan_.data(), fan_.size(), table, shift, first, x, y, z);
 }
 
 glm::dvec3 PolygonSampler::shrunk(const glm::dvec3& point_m) const {
     return centroid_m_ + shrink_ * (point_m - centroid_m_) + shift_m_;
-}
-
-/// One coordinate picks a triangle of the fan by area and, within it, the distance from the tip.
-glm::dvec3 PolygonSampler::on_fan(double u, double v) const {
-    double rest = u * std::accumulate(fan_m2_.begin(), fan_m2_.end(), 0.0);
-    std::size_t k = 0;
-    for (; k + 1 < fan_m2_.size() && rest >= fan_m2_[k]; ++k)
-        rest -= fan_m2_[k];
-    const double outward = rest > 0.0 ? std::sqrt(std::min(1.0, rest / fan_m2_[k])) : 0.0;
-    const glm::dvec3 &tip = corners_m_[0], &first = corners_m_[k + 1], &second = corners_m_[k + 2];
-    return tip + outward * (first - tip + v * (second - first));
 }
 
 }  // namespace naturel::embree_sampling

@@ -88,6 +88,21 @@ struct DigitalShift {
     std::uint32_t u = 0, v = 0;
 };
 
+/// What a packet needs of its rays: [8] each.
+struct RayLanes {
+    float *start_x, *start_y, *start_z, *x, *y, *z;
+};
+
+/// Directions and starts of a packet at once, from ray `first` of the tables on; starts on a parallelogram: origin and two sides.
+void place_rays(const HemisphereFrame& frame, const RayTable& table, const float* parallelogram_m, const StartTable& starts,
+                const DigitalShift& shift, std::size_t first, const RayLanes& rays);
+
+/// One triangle of the fan from the first corner of a polygon: tip + outward (first + v second), in metres.
+struct FanTriangle {
+    float begin = 0.0f, share = 1.0f;  ///< of the area of the polygon: u in [begin, begin + share) is in here
+    std::array<float, 3> tip{}, first{}, second{};
+};
+
 /// Spreads points of the unit square evenly over a convex polygon, all of them at least margin_m inside its
 /// outline (or at its centroid, when it is that small).
 class PolygonSampler {
@@ -99,16 +114,18 @@ public:
     /// The starts of a packet, from ray `first` of the table on. x, y, z: [8], filled.
     void place(const StartTable& table, std::size_t first, const DigitalShift& shift, float* x, float* y, float* z) const;
 
+    /// Origin and two sides of the polygon moved and kept off its outline, if it is a parallelogram; else null.
+    const float* parallelogram_m() const { return parallelogram_ ? parallelogram_m_.data() : nullptr; }
+
 private:
     glm::dvec3 shrunk(const glm::dvec3& point_m) const;
-    glm::dvec3 on_fan(double u, double v) const;
 
     std::vector<glm::dvec3> corners_m_;  ///< without those in the middle of an edge
     glm::dvec3 centroid_m_, shift_m_;
     double shrink_ = 1.0;
     bool parallelogram_ = false;
     std::array<float, 9> parallelogram_m_{};  ///< origin and two sides, shrunk and moved
-    std::vector<double> fan_m2_;                     ///< of any other polygon: doubled areas of its triangles
+    std::vector<FanTriangle> fan_;  ///< of any other polygon
 };
 
 }  // namespace naturel::embree_sampling
