@@ -107,19 +107,18 @@ ApertureLight::Crossings ApertureLight::crossings(const glm::dvec3& from_m, cons
         }
         const double slope = std::abs(glm::dot(other.normal, direction));
         found.transmittance = found.transmittance * other.glazing.transmittance(std::min(1.0, slope));
-        found.signature = 31 * found.signature + static_cast<std::uint32_t>(k) + 1;
     }
     return found;
 }
 
-std::uint32_t ApertureLight::source_along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
-                                          std::size_t through) const {
-    const std::uint32_t source = source_id(building_, direction, seen);
-    if (source == 0 || companions_[through].empty()) return source;
-    const Crossings crossed = crossings(from_m, direction, seen, through);
-    if (crossed.counted_elsewhere) return 0;
-    // Faces are numbered from 0, sets of apertures from the top.
-    return source ^ (crossed.signature << 20);
+void ApertureLight::cut_further(const glm::dvec3& from_m, std::size_t through, ViewPieces& pieces) const {
+    for (const std::size_t k : companions_[through]) {
+        for (const Opening::Part& part : openings_[k].parts) pieces.cut_along(from_m, part.vertices_m);
+    }
+}
+
+bool ApertureLight::is_dark(const glm::dvec3& direction, FacetId seen) const {
+    return outdoor_source(building_, direction, seen) == OutdoorSource::dark;
 }
 
 IncomingLight ApertureLight::along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,

@@ -46,9 +46,9 @@ public:
     IncomingLight along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
                         std::size_t through) const override;
 
-    /// The source is dark where along() counts the light at another aperture.
-    std::uint32_t source_along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
-                               std::size_t through) const override;
+    /// Along the outlines of the other apertures that rays through this one may cross.
+    void cut_further(const glm::dvec3& from_m, std::size_t through, ViewPieces& pieces) const override;
+    bool is_dark(const glm::dvec3& direction, FacetId seen) const override;
 
     /// Illuminance from the sun, lx. Asks for visibility only where the ray to the sun leaves through an aperture.
     Band3 sun_lx(const GatherPoint& point, const Visibility& visibility) const;
@@ -57,7 +57,6 @@ private:
     struct Crossings {
         bool counted_elsewhere = false;
         Band3 transmittance = grey(1.0);  ///< of all apertures but `through`
-        std::uint32_t signature = 0;      ///< which ones they are
     };
     Crossings crossings(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, std::size_t through) const;
 

@@ -162,13 +162,15 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
                                                const RadiositySolution& radiosity, const DaylightOptions& options,
                                                std::span<const Sensor> sensors, Progress& progress) {
     const DirectLight direct(scene, building, grid, outdoors, visibility);
+    const FacetTree tree(building);
     std::vector<PointIlluminance> values(sensors.size());
     ThreadScratch<FormFactorRow> scratch;
     parallel_stage("sensors", sensors.size(), 2, progress, [&](std::size_t s) {
         const Sensor& sensor = sensors[s];
         PointIlluminance& value = values[s];
         if (sensor.medium == Medium::outdoor_air) {
-            const OutdoorIlluminance open = outdoor_illuminance(outdoors, building, grid, visibility, sensor.point, scene.direct.tolerance);
+            const OutdoorIlluminance open = outdoor_illuminance(outdoors, building, grid, tree, visibility, sensor.point,
+                                                                scene.direct.tolerance);
             value.direct = {open.sky_lx, open.sun_lx, open.reflected_lx, open.ground_lx};
         } else if (sensor.medium == Medium::indoor_air) {
             value.direct = direct.at(sensor.point);

@@ -16,10 +16,11 @@ struct DirectLight::Implementation {
     SkyAndOutdoors sky_and_outdoors(const GatherPoint& point) const {
         Scratch& memory = scratch.local();
         return article ? integrate_article(point, light, *article, visibility, memory.article)
-                       : integrate_adaptively(point, light, tolerance, visibility, memory.adaptive);
+                       : integrate_adaptively(point, light, tree, tolerance, visibility, memory.adaptive);
     }
 
     ApertureLight light;
+    FacetTree tree;
     const Visibility& visibility;
     double tolerance;
     std::optional<ArticleElements> article;  ///< empty: adaptive
@@ -30,6 +31,7 @@ DirectLight::DirectLight(const Scene& scene, const Building& building, const Pat
                          const OutdoorLight& outdoors, const Visibility& visibility)
     : implementation_(new Implementation{
           .light = ApertureLight(scene, building, grid, outdoors),
+          .tree = FacetTree(building),
           .visibility = visibility,
           .tolerance = scene.direct.tolerance,
           .article = scene.direct.method == DirectMethod::article ? std::optional<ArticleElements>(building)

@@ -1,8 +1,8 @@
 #pragma once
-#include <cstdint>
 #include <glm/vec3.hpp>
 
 #include "core/outdoors.h"
+#include "core/view_pieces.h"
 
 namespace naturel {
 
@@ -26,31 +26,19 @@ public:
     DirectionalLight(const DirectionalLight&) = default;
     virtual ~DirectionalLight() = default;
 
-    /// Names what shines along a ray: 0 is the dark. Two rays with the same origin and the same source bring light that
-    /// differs smoothly; between others there is an edge. through: exterior aperture by which the ray leaves.
-    virtual std::uint32_t source_along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
-                                       std::size_t through) const = 0;
-
+    /// through: exterior aperture by which the ray leaves. Where one thing is seen, it differs smoothly but for the edges that
+    /// cut_further() cuts along.
     virtual IncomingLight along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
                                 std::size_t through) const = 0;
 
+    /// Cuts a view along the outlines of what changes the light of a ray without stopping it.
+    virtual void cut_further(const glm::dvec3& from_m, std::size_t through, ViewPieces& pieces) const = 0;
+
+    /// True where along() has nothing to tell.
+    virtual bool is_dark(const glm::dvec3& direction, FacetId seen) const = 0;
+
     virtual const OutdoorLight& outdoors() const = 0;
 };
-
-/// Name of what an unobstructed ray shows; for DirectionalLight::source_along().
-inline std::uint32_t source_id(const Building& building, const glm::dvec3& direction, FacetId seen) {
-    switch (outdoor_source(building, direction, seen)) {
-        case OutdoorSource::dark:
-            return 0;
-        case OutdoorSource::sky:
-            return 1;
-        case OutdoorSource::ground:
-            return 2;
-        case OutdoorSource::building:
-            break;
-    }
-    return 3 + static_cast<std::uint32_t>(index(building.facets[index(seen)].face));
-}
 
 /// What a point in the open air sees; `through` is without meaning. Refers to its arguments: keep them alive.
 class OpenAirLight final : public DirectionalLight {
@@ -58,14 +46,15 @@ public:
     OpenAirLight(const OutdoorLight& light, const Building& building, const PatchGrid& grid)
         : light_(light), building_(building), grid_(grid) {}
 
-    std::uint32_t source_along(const glm::dvec3&, const glm::dvec3& direction, FacetId seen, std::size_t) const override {
-        return source_id(building_, direction, seen);
-    }
     IncomingLight along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, std::size_t) const override {
         const OutdoorSource source = outdoor_source(building_, direction, seen);
         const LightBySource luminance = outdoor_luminance(light_, building_, grid_, from_m, direction, seen);
         if (source == OutdoorSource::sky) return {.sky = luminance.sky};
         return {.outdoor = luminance, .from_ground = source == OutdoorSource::ground};
+    }
+    void cut_further(const glm::dvec3&, std::size_t, ViewPieces&) const override {}
+    bool is_dark(const glm::dvec3& direction, FacetId seen) const override {
+        return outdoor_source(building_, direction, seen) == OutdoorSource::dark;
     }
     const OutdoorLight& outdoors() const override { return light_; }
 

@@ -81,10 +81,10 @@ double sees_sun(const OutdoorLight& light, const Visibility& visibility, const G
 }
 
 OutdoorIlluminance gather_open_air(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
-                                   const Visibility& visibility, const GatherPoint& point, double tolerance,
-                                   AdaptiveScratch& scratch) {
+                                   const FacetTree& tree, const Visibility& visibility, const GatherPoint& point,
+                                   double tolerance, AdaptiveScratch& scratch) {
     const SkyAndOutdoors found =
-        integrate_open_air(point, OpenAirLight(light, building, grid), tolerance, visibility, scratch);
+        integrate_open_air(point, OpenAirLight(light, building, grid), tree, tolerance, visibility, scratch);
     return {.sky_lx = found.sky_lx, .sun_lx = {}, .reflected_lx = found.outdoor_lx, .ground_lx = found.ground_lx};
 }
 
@@ -106,7 +106,7 @@ public:
     OutdoorLighting(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
                     Progress& progress, OutdoorLight& light)
         : scene_(scene), building_(building), grid_(grid), visibility_(visibility), progress_(progress), light_(light),
-          first_patch_(grid.gather_patch_count) {
+          first_patch_(grid.gather_patch_count), tree_(building) {
         faces_ = find_nodes(building, grid);
         light_.corner_luminance_cd_m2.resize(faces_.node_of_corner.size());
         light_.patch_luminance_cd_m2.resize(grid.patches.size());
@@ -214,7 +214,7 @@ private:
         std::vector<LightBySource> luminance(lattice.nodes.size());
         parallel_stage("light on the ground", lattice.nodes.size(), 4, progress_, [&](std::size_t n) {
             if (!lattice.nodes[n].open) return;
-            const OutdoorIlluminance lit = gather_open_air(light_, building_, grid_, visibility_,
+            const OutdoorIlluminance lit = gather_open_air(light_, building_, grid_, tree_, visibility_,
                                                            {lattice.nodes[n].position_m, {0, 0, 1}}, tolerance(), scratch_.local());
             LightBySource arriving = LightBySource{lit.sky_lx, {}} + lit.reflected_lx;
             if (!ground_sun_share_.empty())
@@ -231,7 +231,7 @@ private:
         parallel_stage(first ? "outdoors" : "outdoor interreflection", faces_.nodes.size(), 4, progress_, [&](std::size_t n) {
             const OutdoorNode& node = faces_.nodes[n];
             const OutdoorIlluminance lit =
-                gather_open_air(light_, building_, grid_, visibility_, node.point, tolerance(), scratch_.local());
+                gather_open_air(light_, building_, grid_, tree_, visibility_, node.point, tolerance(), scratch_.local());
             const double sun_lx = light_.direct_normal_illuminance_lx * node.sun_share *
                                   std::max(0.0, glm::dot(node.point.normal, light_.sun_direction));
             const Material& material = material_of(node.face);
@@ -253,6 +253,7 @@ private:
     Progress& progress_;
     OutdoorLight& light_;
     std::size_t first_patch_;
+    FacetTree tree_;
     OutdoorNodes faces_;
     std::vector<LightBySource> node_luminance_;  ///< [faces_.nodes]
     std::vector<double> ground_sun_share_;       ///< [lattice nodes]; empty without sun
@@ -304,9 +305,10 @@ LightBySource outdoor_luminance(const OutdoorLight& light, const Building& build
 }
 
 OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
-                                       const Visibility& visibility, const GatherPoint& point, double tolerance) {
+                                       const FacetTree& tree, const Visibility& visibility, const GatherPoint& point,
+                                       double tolerance) {
     AdaptiveScratch scratch;
-    OutdoorIlluminance found = gather_open_air(light, building, grid, visibility, point, tolerance, scratch);
+    OutdoorIlluminance found = gather_open_air(light, building, grid, tree, visibility, point, tolerance, scratch);
     const double cos_sun = glm::dot(point.normal, light.sun_direction);
     if (light.direct_normal_illuminance_lx > 0.0 && cos_sun > 0.0)
         found.sun_lx = (light.direct_normal_illuminance_lx * cos_sun * sees_sun(light, visibility, point)) * light.sun_colour;

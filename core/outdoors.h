@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "core/building.h"
+#include "core/facet_tree.h"
 #include "core/glazing.h"
 #include "core/ground_light.h"
 #include "core/light_by_source.h"
@@ -55,6 +56,7 @@ struct OutdoorIlluminance {
 };
 /// tolerance: relative error aimed at of what sky and reflections give together.
 OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
-                                       const Visibility& visibility, const GatherPoint& point, double tolerance = 1e-3);
+                                       const FacetTree& tree, const Visibility& visibility, const GatherPoint& point,
+                                       double tolerance = 1e-3);
 
 }  // namespace naturel

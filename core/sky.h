@@ -22,6 +22,8 @@ public:
     Luminance luminance(const glm::dvec3& direction) const {
         return {direction.z < 0.0 ? 0.0 : scale_ * shape_->luminance(direction)};
     }
+    /// False if the luminance jumps, as in a table of patches.
+    bool is_smooth() const { return shape_->is_smooth(); }
     Luminance zenith_luminance() const { return zenith_luminance_; }
 
     /// Diffuse illuminance of an unobstructed horizontal plane, the sun excluded.

@@ -20,6 +20,9 @@ public:
 
     /// Integral of luminance x sin(altitude) over the sky: what the ground gets on the same scale.
     virtual double horizontal() const = 0;
+
+    /// False if the luminance jumps.
+    virtual bool is_smooth() const { return true; }
 };
 
 // One maker per model, each in the file of its name. sun: unit, towards the sun.

@@ -25,6 +25,7 @@ public:
         return table_->luminance({d.x * cos_ + d.y * sin_, d.y * cos_ - d.x * sin_, d.z});
     }
     double horizontal() const override { return table_->horizontal(); }
+    bool is_smooth() const override { return table_->is_interpolated(); }
 
 private:
     std::shared_ptr<const SkyTable> table_;

@@ -19,6 +19,7 @@ public:
     double horizontal() const;
 
     int count() const { return patches_.count(); }
+    bool is_interpolated() const { return interpolated_; }
 
 private:
     double along(const SkyRow& row, double turn) const;

@@ -225,22 +225,18 @@ HardCase office(Dice& dice) {
     return hard;
 }
 
-/// share: of the points that are within the tolerance, from 1e-3 up. It should be 0.99 everywhere. Where narrow features can hide
-/// between samples it is what has been reached, less what 12 points of 200 may differ by (docs/method.md lists the shares).
 struct Family {
     const char* name;
     HardCase (*make)(Dice&);
-    double share = 0.97;
-    double worst = 5.0;  ///< in tolerances
 };
 constexpr std::array<Family, 8> families{{{"sun behind a small window", peak},
                                           {"millimetres from a pane", near_pane},
                                           {"facade edge on", grazing_facade},
-                                          {"partly blocked", partly_blocked, 0.85},
+                                          {"partly blocked", partly_blocked},
                                           {"triangles, L, holes, slants", shapes},
                                           {"glass at grazing incidence", grazing_glass},
-                                          {"glazing bars", bars, 0.4, 15.0},
-                                          {"office, 4 windows", office, 0.6, 15.0}}};
+                                          {"glazing bars", bars},
+                                          {"office, 4 windows", office}}};
 
 /// Counts the directions asked for.
 class CountedVisibility final : public Visibility {
@@ -285,9 +281,9 @@ struct PreparedCase {
     std::uint64_t seed = 0;
 };
 
-std::vector<PreparedCase> prepare(const Family& family, std::uint64_t count) {
+std::vector<PreparedCase> prepare(const Family& family, std::uint64_t first_seed, std::uint64_t count) {
     std::vector<PreparedCase> cases;
-    for (std::uint64_t seed = 0; cases.size() < count; ++seed) {
+    for (std::uint64_t seed = first_seed; cases.size() < count; ++seed) {
         Dice dice(seed);
         PreparedCase prepared{.hard = family.make(dice), .building = {}, .grid = {}, .seed = seed};
         const Scene& scene = prepared.hard.scene;
@@ -340,10 +336,11 @@ Outcome run(std::vector<PreparedCase>& cases, double tolerance) {
     return outcome;
 }
 
-void check_families(std::uint64_t count, std::initializer_list<double> tolerances, bool print) {
+/// share: of the points that must be within the tolerance; none may be five tolerances off.
+void check_families(std::uint64_t first_seed, std::uint64_t count, double share, std::initializer_list<double> tolerances, bool print) {
     if (print) std::printf("%-28s %8s %7s %9s %9s %9s %9s %7s %5s\n", "", "tol", "within", "median", "90 %", "99 %", "worst", "rays", "seed");
     for (const Family& family : families) {
-        std::vector<PreparedCase> cases = prepare(family, count);
+        std::vector<PreparedCase> cases = prepare(family, first_seed, count);
         for (const double tolerance : tolerances) {
             const Outcome outcome = run(cases, tolerance);
             if (print) {
@@ -354,9 +351,8 @@ void check_families(std::uint64_t count, std::initializer_list<double> tolerance
             }
             INFO(family.name << ", tolerance " << tolerance << ", worst " << outcome.errors.back() << " at seed "
                              << outcome.seeds.back() << ", " << outcome.rays << " rays");
-            if (tolerance < 1e-3) continue;  // printed, not promised
-            CHECK(outcome.within(tolerance) >= family.share);
-            CHECK(outcome.within(family.worst * tolerance) == 1.0);
+            CHECK(outcome.within(tolerance) >= share);
+            CHECK(outcome.within(5.0 * tolerance) == 1.0);
         }
     }
 }
@@ -364,9 +360,12 @@ void check_families(std::uint64_t count, std::initializer_list<double> tolerance
 }  // namespace
 
 TEST_CASE("hard points are within the tolerance of direct light as often as documented", "[direct][accuracy]") {
-    check_families(12, {1e-2, 1e-3}, false);
+    check_families(0, 12, 1.0, {1e-2, 1e-3}, false);
 }
 
 TEST_CASE("many hard points are within the tolerance of direct light as often as documented", "[direct][accuracy][slow]") {
-    check_families(200, {1e-2, 1e-3, 1e-4}, true);
+    // The constants of the method were found on seeds 0 to 200. At 1e-4 a few elements where light jumps in its slope, as between the
+    // patches of a facade, are less smooth than they look.
+    check_families(10000, 200, 0.99, {1e-2, 1e-3}, true);
+    check_families(10000, 200, 0.95, {1e-4}, true);
 }

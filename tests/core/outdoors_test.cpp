@@ -26,7 +26,7 @@ struct Outdoors {
           light(light_outdoors(scene, building, grid, visibility, progress)) {}
 
     OutdoorIlluminance at(const glm::dvec3& position_m, const glm::dvec3& normal) const {
-        return outdoor_illuminance(light, building, grid, visibility, {position_m, normal});
+        return outdoor_illuminance(light, building, grid, FacetTree(building), visibility, {position_m, normal});
     }
     LightBySource seen(const glm::dvec3& from_m, const glm::dvec3& direction, bool* is_sky = nullptr) const {
         FacetId facet{};
