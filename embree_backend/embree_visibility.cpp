@@ -61,7 +61,7 @@ int rounded_rays(int rays) {
 /// after the other.
 std::size_t table_count(int rays, std::size_t rows) {
     const std::size_t fitting = (std::size_t{16} << 20) / (12 * static_cast<std::size_t>(rays));
-    return std::clamp<std::size_t>(std::min(rows / 64, fitting), rays < most_rays_per_table ? 4 : 16, 256);
+    return std::clamp<std::size_t>(std::min(rows / 64, fitting), rays <= 1024 ? 256 : rays <= 4096 ? 64 : 16, 256);
 }
 
 /// Rows from points are few or many; nobody says.
