@@ -28,12 +28,14 @@ struct FormFactorRow {
     std::vector<float> errors{};
     double lost = 0.0;             ///< share that met nothing (a leak, a crack, the back of a one-sided polygon)
     double truncated = 0.0;        ///< share the method does not look at (outside a single plane's square)
+    /// Share that slipped through a surface by rounding where nothing can be lost; `values` have it back already.
+    double escaped = 0.0;
 
     void clear() {
         patches.clear();
         values.clear();
         errors.clear();
-        lost = truncated = 0.0;
+        lost = truncated = escaped = 0.0;
     }
 };
 
