@@ -193,7 +193,7 @@ Json sweeps_json(const Comparison& comparison) {
     return list;
 }
 
-std::string quoted(std::string_view text) {
+std::string csv_cell(std::string_view text) {
     if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
     std::string out = "\"";
     for (const char c : text) out.append(c == '"' ? 2 : 1, c);
@@ -264,15 +264,17 @@ Json comparison_json(const Comparison& comparison) {
 
 std::vector<std::pair<std::string, std::string>> comparison_tables(const Comparison& comparison) {
     const ErrorBudget& budget = comparison.budget;
-    const auto append = [](std::string& text, auto&&... values) { fmt::format_to(std::back_inserter(text), values...); };
+    const auto append = []<class... Values>(std::string& text, fmt::format_string<Values...> format, Values&&... values) {
+        fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
+    };
     std::string points = "point,set,x_m,y_m,z_m,state,component,illuminance_lx,difference_lx,reference_error_lx\n";
     for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
         const Sensor& sensor = budget.sensors[s];
         if (sensor.medium != Medium::indoor_air) continue;
         const auto row = [&](std::string_view state, const LightState& now, const LightState& then) {
             for (std::size_t c = 0; c < Components::names.size(); ++c)
-                append(points, "{},{},{:.9g},{:.9g},{:.9g},{},{},{:.9g},{:.9g},{:.9g}\n", quoted(sensor.id),
-                       quoted(comparison.scene.sensors[sensor.set].id), sensor.point.position_m.x, sensor.point.position_m.y,
+                append(points, "{},{},{:.9g},{:.9g},{:.9g},{},{},{:.9g},{:.9g},{:.9g}\n", csv_cell(sensor.id),
+                       csv_cell(comparison.scene.sensors[sensor.set].id), sensor.point.position_m.x, sensor.point.position_m.y,
                        sensor.point.position_m.z, state, Components::names[c], now.sensors[s].lx[c] + 0.0,
                        now.sensors[s].lx[c] - then.sensors[s].lx[c] + 0.0,
                        budget.again.sensors[s].lx[c] - budget.reference.sensors[s].lx[c] + 0.0);
@@ -297,8 +299,8 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
                     append(ingredients, "{},{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{}\n",
                            is_total ? "total" : is_reference ? "reference error" : budget.ingredients[k].name,
                            is_total || is_reference ? "" : budget.ingredients[k].group, alone ? "alone" : "in sequence",
-                           quoted(comparison.scene.sensors[set].id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
-                           d.percentile_95_lx, d.worst_lx + 0.0, quoted(budget.sensors[d.worst].id), d.mean_reference_lx,
+                           csv_cell(comparison.scene.sensors[set].id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
+                           d.percentile_95_lx, d.worst_lx + 0.0, csv_cell(budget.sensors[d.worst].id), d.mean_reference_lx,
                            is_total || is_reference ? "" : is_resolved(comparison, k) ? "yes" : "no");
                 }
             }
@@ -310,7 +312,7 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
     for (std::size_t p = 0; p < reference.size(); ++p) {
         const Patch& patch = comparison.grid.patches[p];
         append(rows, "{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", p,
-               quoted(comparison.building.faces[index(patch.face)].name), patch.centroid_m.x, patch.centroid_m.y, patch.centroid_m.z,
+               csv_cell(comparison.building.faces[index(patch.face)].name), patch.centroid_m.x, patch.centroid_m.y, patch.centroid_m.z,
                patch.area_m2, reference[p], again[p], method[p], budget.reference.patch_exitance_lm_m2[p],
                budget.method().patch_exitance_lm_m2[p]);
     }
