@@ -21,8 +21,8 @@ namespace {
 constexpr std::size_t most_patches_for_pairs = 8000;
 
 /// The reference, where pairs are too many, and its independent companion.
-constexpr int reference_rays = 65536, companion_rays = 16384;
-constexpr int reference_rays_per_point = 65536, companion_rays_per_point = 32768;
+constexpr int reference_rays = 65536, companion_rays = 32768;
+constexpr int reference_rays_per_point = 65536, companion_rays_per_point = 65536;
 constexpr double reference_pair_tolerance = 1e-5;
 
 EmbreeOptions reference_options(const PatchGrid& grid, std::uint64_t seed) {
@@ -44,15 +44,14 @@ std::string account(const Comparison& comparison) {
     const ErrorBudget& budget = comparison.budget;
     constexpr std::size_t total = 4;
     std::string text;
-    for (std::size_t set = 0; set < comparison.scene.sensors.size(); ++set) {
+    for (const PointSet& set : point_sets(comparison)) {
         const DifferenceStatistics all = difference_statistics(comparison, budget.method(), budget.reference, total, set);
-        if (all.points == 0) continue;
-        text += fmt::format("{} ({} points, {:.1f} lx on average by the reference):\n", comparison.scene.sensors[set].id, all.points,
+        text += fmt::format("{} ({} points, {:.1f} lx on average by the reference):\n", set.id, all.points,
                             all.mean_reference_lx);
         const auto line = [&](std::string_view name, const DifferenceStatistics& d, std::string_view note) {
             text += fmt::format("  {:<20} mean {:>10}, RMS {:>9}, worst {:>10} at {}{}\n", name, percent(d.mean_lx, d.mean_reference_lx),
                                 percent(d.rms_lx, d.mean_reference_lx).substr(1), percent(d.worst_lx, d.mean_reference_lx),
-                                budget.sensors[d.worst].id, note);
+                                d.worst_point, note);
         };
         for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
             const LightState& before = k == 0 ? budget.reference : budget.ingredients[k - 1].in_sequence;

@@ -5,19 +5,41 @@
 
 namespace naturel {
 
+std::vector<PointSet> point_sets(const Comparison& comparison) {
+    std::vector<PointSet> sets;
+    for (std::size_t set = 0; set < comparison.scene.sensors.size(); ++set) {
+        const bool indoors = std::ranges::any_of(comparison.budget.sensors, [&](const Sensor& sensor) {
+            return sensor.set == set && sensor.medium == Medium::indoor_air;
+        });
+        if (indoors) sets.push_back({comparison.scene.sensors[set].id, false, set});
+    }
+    if (!comparison.grid.nodes.empty()) sets.push_back({"nodes of the grid", true, 0});
+    return sets;
+}
+
 DifferenceStatistics difference_statistics(const Comparison& comparison, const LightState& a, const LightState& b,
-                                           std::size_t component, std::size_t set) {
+                                           std::size_t component, const PointSet& set) {
     const ErrorBudget& budget = comparison.budget;
     DifferenceStatistics found;
     std::vector<double> sizes;
-    for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
-        if (budget.sensors[s].set != set || budget.sensors[s].medium != Medium::indoor_air) continue;
-        const double difference_lx = a.sensors[s].lx[component] - b.sensors[s].lx[component];
-        if (sizes.empty() || std::abs(difference_lx) > std::abs(found.worst_lx)) found.worst_lx = difference_lx, found.worst = s;
-        found.mean_reference_lx += budget.reference.sensors[s].lx[component];
+    const auto add = [&](const Components& now, const Components& then, const Components& reference, const auto& name) {
+        const double difference_lx = now.lx[component] - then.lx[component];
+        if (sizes.empty() || std::abs(difference_lx) > std::abs(found.worst_lx)) {
+            found.worst_lx = difference_lx;
+            found.worst_point = name();
+        }
+        found.mean_reference_lx += reference.lx[component];
         found.mean_lx += difference_lx;
         found.rms_lx += difference_lx * difference_lx;
         sizes.push_back(std::abs(difference_lx));
+    };
+    if (set.nodes) {
+        for (std::size_t n = 0; n < budget.reference.nodes.size(); ++n)
+            add(a.nodes[n], b.nodes[n], budget.reference.nodes[n], [&] { return "node " + std::to_string(n); });
+    } else {
+        for (std::size_t s = 0; s < budget.sensors.size(); ++s)
+            if (budget.sensors[s].set == set.set && budget.sensors[s].medium == Medium::indoor_air)
+                add(a.sensors[s], b.sensors[s], budget.reference.sensors[s], [&] { return budget.sensors[s].id; });
     }
     found.points = sizes.size();
     if (sizes.empty()) return found;

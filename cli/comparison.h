@@ -30,18 +30,28 @@ struct Comparison {
     const std::vector<PictureDifference>& pictures;
 };
 
-/// Signed differences of some points, with the mean of the reference there. Empty sets are left out where these are listed.
+/// A set of sensors, or all nodes of the grid.
+struct PointSet {
+    std::string id;
+    bool nodes = false;
+    std::size_t set = 0;  ///< into Scene::sensors
+};
+
+/// Those that have points indoors: every set of sensors, and the nodes.
+std::vector<PointSet> point_sets(const Comparison& comparison);
+
+/// Signed differences of the points of a set, with the mean of the reference there.
 struct DifferenceStatistics {
     std::size_t points = 0;
     double mean_reference_lx = 0.0;
     double mean_lx = 0.0, rms_lx = 0.0, percentile_95_lx = 0.0;  ///< the last of the sizes
     double worst_lx = 0.0;                                       ///< signed
-    std::size_t worst = 0;                                       ///< sensor
+    std::string worst_point;
 };
 
-/// a minus b, one component, over the sensors of a set that are indoors.
+/// a minus b, one component, over the points of a set that are indoors.
 DifferenceStatistics difference_statistics(const Comparison& comparison, const LightState& a, const LightState& b,
-                                           std::size_t component, std::size_t set);
+                                           std::size_t component, const PointSet& set);
 
 /// What an ingredient adds where all before it are in place: [sensors of the budget], component by component.
 std::vector<Components> in_sequence(const ErrorBudget& budget, std::size_t ingredient);

@@ -28,13 +28,13 @@ std::string processor() {
     return "unknown";
 }
 
-Json json_of(const Comparison& comparison, const DifferenceStatistics& s) {
+Json json_of(const DifferenceStatistics& s) {
     const auto percent = [&](double lx) { return s.mean_reference_lx > 0.0 ? Json(100.0 * lx / s.mean_reference_lx) : Json(); };
     return {{"mean_lx", s.mean_lx},
             {"rms_lx", s.rms_lx},
             {"p95_lx", s.percentile_95_lx},
             {"worst_lx", s.worst_lx},
-            {"worst_point", comparison.budget.sensors[s.worst].id},
+            {"worst_point", s.worst_point},
             {"mean_percent", percent(s.mean_lx)},
             {"rms_percent", percent(s.rms_lx)}};
 }
@@ -42,13 +42,11 @@ Json json_of(const Comparison& comparison, const DifferenceStatistics& s) {
 /// By set and component.
 Json sets_json(const Comparison& comparison, const LightState& a, const LightState& b) {
     Json sets = Json::object();
-    for (std::size_t set = 0; set < comparison.scene.sensors.size(); ++set) {
+    for (const PointSet& set : point_sets(comparison)) {
         Json components = Json::object();
-        for (std::size_t c = 0; c < Components::names.size(); ++c) {
-            const DifferenceStatistics s = difference_statistics(comparison, a, b, c, set);
-            if (s.points > 0) components[std::string(Components::names[c])] = json_of(comparison, s);
-        }
-        if (!components.empty()) sets[comparison.scene.sensors[set].id] = components;
+        for (std::size_t c = 0; c < Components::names.size(); ++c)
+            components[std::string(Components::names[c])] = json_of(difference_statistics(comparison, a, b, c, set));
+        sets[set.id] = components;
     }
     return sets;
 }
@@ -216,9 +214,10 @@ Json comparison_json(const Comparison& comparison) {
                           {"method", budget.method().sensors[s].lx},
                           {"again", budget.again.sensors[s].lx}});
     }
-    for (std::size_t set = 0; set < comparison.scene.sensors.size(); ++set)
-        if (const auto n = difference_statistics(comparison, budget.method(), budget.reference, 4, set).points; n > 0)
-            sets.push_back({{"id", comparison.scene.sensors[set].id}, {"points", n}});
+    for (const PointSet& set : point_sets(comparison))
+        sets.push_back({{"id", set.id},
+                        {"nodes", set.nodes},
+                        {"points", difference_statistics(comparison, budget.method(), budget.reference, 4, set).points}});
     for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
         const Ingredient& ingredient = budget.ingredients[k];
         ingredients.push_back({{"name", ingredient.name},
@@ -292,15 +291,14 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
                                   : is_reference ? budget.again
                                   : alone ? budget.ingredients[k].alone : budget.ingredients[k].in_sequence;
             const LightState& b = alone || is_total || is_reference ? budget.reference : before(budget, k);
-            for (std::size_t set = 0; set < comparison.scene.sensors.size(); ++set) {
+            for (const PointSet& set : point_sets(comparison)) {
                 for (std::size_t c = 0; c < Components::names.size(); ++c) {
                     const DifferenceStatistics d = difference_statistics(comparison, a, b, c, set);
-                    if (d.points == 0) continue;
                     append(ingredients, "{},{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{}\n",
                            is_total ? "total" : is_reference ? "reference error" : budget.ingredients[k].name,
                            is_total || is_reference ? "" : budget.ingredients[k].group, alone ? "alone" : "in sequence",
-                           csv_cell(comparison.scene.sensors[set].id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
-                           d.percentile_95_lx, d.worst_lx + 0.0, csv_cell(budget.sensors[d.worst].id), d.mean_reference_lx,
+                           csv_cell(set.id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
+                           d.percentile_95_lx, d.worst_lx + 0.0, csv_cell(d.worst_point), d.mean_reference_lx,
                            is_total || is_reference ? "" : is_resolved(comparison, k) ? "yes" : "no");
                 }
             }
