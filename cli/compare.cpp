@@ -54,9 +54,10 @@ std::string account(const Comparison& comparison) {
                                 d.worst_point, note);
         };
         for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
-            const LightState& before = k == 0 ? budget.reference : budget.ingredients[k - 1].in_sequence;
-            line(budget.ingredients[k].name, difference_statistics(comparison, budget.ingredients[k].in_sequence, before, total, set),
-                 is_resolved(comparison, k) ? "" : " (not resolved)");
+            const Ingredient& ingredient = budget.ingredients[k];
+            line(ingredient.name,
+                 difference_statistics(comparison, ingredient.in_sequence, state_before(budget, k), total, set),
+                 is_resolved(comparison, k, set) ? "" : " (not resolved)");
         }
         line("all together", all, "");
         line("reference's own", difference_statistics(comparison, budget.again, budget.reference, total, set), "");

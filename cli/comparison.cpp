@@ -52,25 +52,17 @@ DifferenceStatistics difference_statistics(const Comparison& comparison, const L
     return found;
 }
 
-std::vector<Components> in_sequence(const ErrorBudget& budget, std::size_t ingredient) {
-    const std::vector<Components>& before =
-        ingredient == 0 ? budget.reference.sensors : budget.ingredients[ingredient - 1].in_sequence.sensors;
-    const std::vector<Components>& after = budget.ingredients[ingredient].in_sequence.sensors;
-    std::vector<Components> differences;
-    for (std::size_t s = 0; s < after.size(); ++s) differences.push_back(after[s] - before[s]);
-    return differences;
+const LightState& state_before(const ErrorBudget& budget, std::size_t ingredient) {
+    return ingredient == 0 ? budget.reference : budget.ingredients[ingredient - 1].in_sequence;
 }
 
-bool is_resolved(const Comparison& comparison, std::size_t ingredient) {
+bool is_resolved(const Comparison& comparison, std::size_t ingredient, const PointSet& set) {
+    constexpr std::size_t total = 4;
     const ErrorBudget& budget = comparison.budget;
-    double own = 0.0, reference = 0.0;
-    const std::vector<Components> differences = in_sequence(budget, ingredient);
-    for (std::size_t s = 0; s < differences.size(); ++s) {
-        const double error_lx = (budget.again.sensors[s] - budget.reference.sensors[s]).total();
-        own += differences[s].total() * differences[s].total();
-        reference += error_lx * error_lx;
-    }
-    return own > reference;
+    const auto rms = [&](const LightState& a, const LightState& b) {
+        return difference_statistics(comparison, a, b, total, set).rms_lx;
+    };
+    return rms(budget.ingredients[ingredient].in_sequence, state_before(budget, ingredient)) > rms(budget.again, budget.reference);
 }
 
 }  // namespace naturel

@@ -53,10 +53,11 @@ struct DifferenceStatistics {
 DifferenceStatistics difference_statistics(const Comparison& comparison, const LightState& a, const LightState& b,
                                            std::size_t component, const PointSet& set);
 
-/// What an ingredient adds where all before it are in place: [sensors of the budget], component by component.
-std::vector<Components> in_sequence(const ErrorBudget& budget, std::size_t ingredient);
+/// What an ingredient was added to.
+const LightState& state_before(const ErrorBudget& budget, std::size_t ingredient);
 
-/// Whether an ingredient shows beside the error of the reference, over all sensors, total illuminance: RMS against RMS.
-bool is_resolved(const Comparison& comparison, std::size_t ingredient);
+/// Whether what an ingredient does in sequence to the total illuminance of a set shows beside the error of the reference: RMS
+/// against RMS.
+bool is_resolved(const Comparison& comparison, std::size_t ingredient, const PointSet& set);
 
 }  // namespace naturel

@@ -59,10 +59,6 @@ Json totals_json(const Comparison& comparison, const LightState& a, const LightS
     return list;
 }
 
-const LightState& before(const ErrorBudget& budget, std::size_t ingredient) {
-    return ingredient == 0 ? budget.reference : budget.ingredients[ingredient - 1].in_sequence;
-}
-
 std::vector<double> row_sums(const FormFactors& f) {
     std::vector<double> sums(f.row_count());
     for (std::size_t i = 0; i < sums.size(); ++i)
@@ -220,13 +216,20 @@ Json comparison_json(const Comparison& comparison) {
                         {"points", difference_statistics(comparison, budget.method(), budget.reference, 4, set).points}});
     for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
         const Ingredient& ingredient = budget.ingredients[k];
+        bool resolved = false;
+        Json resolved_sets = Json::object();
+        for (const PointSet& set : point_sets(comparison)) {
+            resolved_sets[set.id] = is_resolved(comparison, k, set);
+            resolved = resolved || resolved_sets[set.id].get<bool>();
+        }
         ingredients.push_back({{"name", ingredient.name},
                                {"group", ingredient.group},
                                {"replaces", ingredient.replaces},
-                               {"resolved", is_resolved(comparison, k)},
-                               {"sets", sets_json(comparison, ingredient.in_sequence, before(budget, k))},
+                               {"resolved", resolved},
+                               {"resolved_sets", resolved_sets},
+                               {"sets", sets_json(comparison, ingredient.in_sequence, state_before(budget, k))},
                                {"alone_sets", sets_json(comparison, ingredient.alone, budget.reference)},
-                               {"total_lx", totals_json(comparison, ingredient.in_sequence, before(budget, k))},
+                               {"total_lx", totals_json(comparison, ingredient.in_sequence, state_before(budget, k))},
                                {"alone_total_lx", totals_json(comparison, ingredient.alone, budget.reference)}});
     }
     for (const PictureDifference& picture : comparison.pictures)
@@ -280,7 +283,7 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
         };
         row("reference", budget.reference, budget.reference);
         for (std::size_t k = 0; k < budget.ingredients.size(); ++k)
-            row(budget.ingredients[k].name, budget.ingredients[k].in_sequence, before(budget, k));
+            row(budget.ingredients[k].name, budget.ingredients[k].in_sequence, state_before(budget, k));
     }
     std::string ingredients = "ingredient,group,how,set,component,points,mean_lx,rms_lx,p95_lx,worst_lx,worst_point,mean_reference_lx,resolved\n";
     for (std::size_t k = 0; k <= budget.ingredients.size() + 1; ++k) {
@@ -290,7 +293,7 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
             const LightState& a = is_total ? budget.method()
                                   : is_reference ? budget.again
                                   : alone ? budget.ingredients[k].alone : budget.ingredients[k].in_sequence;
-            const LightState& b = alone || is_total || is_reference ? budget.reference : before(budget, k);
+            const LightState& b = alone || is_total || is_reference ? budget.reference : state_before(budget, k);
             for (const PointSet& set : point_sets(comparison)) {
                 for (std::size_t c = 0; c < Components::names.size(); ++c) {
                     const DifferenceStatistics d = difference_statistics(comparison, a, b, c, set);
@@ -299,7 +302,7 @@ std::vector<std::pair<std::string, std::string>> comparison_tables(const Compari
                            is_total || is_reference ? "" : budget.ingredients[k].group, alone ? "alone" : "in sequence",
                            csv_cell(set.id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
                            d.percentile_95_lx, d.worst_lx + 0.0, csv_cell(d.worst_point), d.mean_reference_lx,
-                           is_total || is_reference ? "" : is_resolved(comparison, k) ? "yes" : "no");
+                           is_total || is_reference ? "" : is_resolved(comparison, k, set) ? "yes" : "no");
                 }
             }
         }
