@@ -155,7 +155,8 @@ ErrorBudget compute_error_budget(const Scene& scene, const Building& building, c
     ErrorBudget budget;
     budget.sensors = all.sensors();
     budget.outdoor_horizontal_lx = direct.grid.outdoors.horizontal_illuminance().value;
-    budget.reference = all.state(reference, direct, gathering, IndirectMethod::gather, unrepaired);
+    budget.reference_solution = all.solution(reference, direct, gathering, IndirectMethod::gather, unrepaired);
+    budget.reference = all.state(*budget.reference_solution);
     {
         DirectOptions coarser = fine;
         coarser.tolerance *= 4.0;
@@ -170,8 +171,9 @@ ErrorBudget compute_error_budget(const Scene& scene, const Building& building, c
     IndirectMethod indirect = IndirectMethod::gather;
     FormFactorRepair repair = unrepaired;
     const auto add = [&](std::string name, std::string group, std::string replaces, LightState alone) {
-        budget.ingredients.push_back({std::move(name), std::move(group), std::move(replaces),
-                                      all.state(rows, own_direct ? *own_direct : direct, own_gathering ? *own_gathering : gathering, indirect, repair),
+        budget.method_solution = all.solution(rows, own_direct ? *own_direct : direct, own_gathering ? *own_gathering : gathering,
+                                              indirect, repair);
+        budget.ingredients.push_back({std::move(name), std::move(group), std::move(replaces), all.state(*budget.method_solution),
                                       std::move(alone)});
     };
     const auto alone_rows = [&](const FormFactors& f) { return all.state(f, direct, gathering, IndirectMethod::gather, unrepaired); };

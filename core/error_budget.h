@@ -23,6 +23,7 @@ struct ErrorBudget {
     LightState again{};  ///< the reference by an independent way: their difference says how good it is
     std::vector<Ingredient> ingredients{};
     double outdoor_horizontal_lx = 0.0;
+    std::optional<DaylightSolution> reference_solution{}, method_solution{};  ///< for pictures
 
     const LightState& method() const { return ingredients.back().in_sequence; }
 };

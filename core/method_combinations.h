@@ -47,16 +47,22 @@ public:
     /// What points see of the patches: geometry alone.
     struct Gathering {
         std::vector<FormFactorRow> sensors;  ///< [sensors]
-        std::vector<FormFactorRow> nodes;    ///< [grid.nodes]
+        std::vector<FormFactorRow> nodes;    ///< [grid.nodes]; empty if only sensors gather
     };
     Gathering gathering(const Visibility& visibility) const;
+    Gathering gathering_at_sensors(const Visibility& visibility) const;
 
     /// indirect: at the nodes; sensors gather. repair: that of the form factors.
+    DaylightSolution solution(const FormFactors& form_factors, const Direct& direct, const Gathering& gathering,
+                              IndirectMethod indirect, FormFactorRepair repair) const;
+    LightState state(const DaylightSolution& solution) const;
     LightState state(const FormFactors& form_factors, const Direct& direct, const Gathering& gathering, IndirectMethod indirect,
-                     FormFactorRepair repair) const;
+                     FormFactorRepair repair) const {
+        return state(solution(form_factors, direct, gathering, indirect, repair));
+    }
 
 private:
-    Components components(const DirectIlluminance& direct, const LightBySource& indirect_lx) const;
+    Components components(const PointIlluminance& point) const;
 
     const Scene& scene_;
     const Building& building_;

@@ -16,24 +16,6 @@ using glm::dvec3;
 /// Lengths are in units of the distance of the polygons, so that logarithms are small. A vertex this close to a plane is on it.
 constexpr double on_plane = 1e-10;
 
-/// The part of a polygon on the front side of a plane through a point. Empty when less than a triangle is left.
-void keep_front(std::vector<dvec3>& polygon, const dvec3& point, const dvec3& normal) {
-    const auto height = [&](const dvec3& v) {
-        const double h = glm::dot(v - point, normal);
-        return std::abs(h) < on_plane ? 0.0 : h;
-    };
-    if (std::ranges::all_of(polygon, [&](const dvec3& v) { return height(v) >= 0.0; })) return;
-    std::vector<dvec3> kept;
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const dvec3 &from = polygon[k], &to = polygon[(k + 1) % polygon.size()];
-        const double h0 = height(from), h1 = height(to);
-        if (h0 >= 0.0) kept.push_back(from);
-        if (h0 * h1 < 0.0) kept.push_back(from + (h0 / (h0 - h1)) * (to - from));
-    }
-    if (kept.size() < 3) kept.clear();
-    polygon = std::move(kept);
-}
-
 bool in_plane(const std::vector<dvec3>& polygon, const dvec3& point, const dvec3& normal) {
     return std::ranges::all_of(polygon, [&](const dvec3& v) { return std::abs(glm::dot(v - point, normal)) < on_plane; });
 }
@@ -144,6 +126,21 @@ double log_distance_between(const Side& a, double from, double to, double shorte
 
 }  // namespace
 
+void keep_front(std::span<const dvec3> polygon, const dvec3& normal, double plane_m, double on_plane_m, std::vector<dvec3>& kept) {
+    const auto height = [&](const dvec3& v) {
+        const double h = glm::dot(normal, v) - plane_m;
+        return std::abs(h) < on_plane_m ? 0.0 : h;
+    };
+    kept.clear();
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const dvec3 &from = polygon[k], &to = polygon[(k + 1) % polygon.size()];
+        const double h0 = height(from), h1 = height(to);
+        if (h0 >= 0.0) kept.push_back(from);
+        if (h0 * h1 < 0.0) kept.push_back(from + (h0 / (h0 - h1)) * (to - from));
+    }
+    if (kept.size() < 3) kept.clear();
+}
+
 double unoccluded_exchange_m2(std::span<const dvec3> a, const dvec3& normal_a, std::span<const dvec3> b,
                               const dvec3& normal_b) {
     dvec3 middle_a{}, middle_b{};
@@ -156,10 +153,11 @@ double unoccluded_exchange_m2(std::span<const dvec3> a, const dvec3& normal_a, s
         for (const dvec3& v : polygon) scaled.push_back((v - middle_a) / unit_m);
         return scaled;
     };
-    std::vector<dvec3> p = in_units(a), q = in_units(b);
-    const dvec3 on_a = p[0], on_b = q[0];
-    keep_front(p, on_b, normal_b);
-    keep_front(q, on_a, normal_a);
+    const std::vector<dvec3> whole_a = in_units(a), whole_b = in_units(b);
+    const dvec3 on_a = whole_a[0], on_b = whole_b[0];
+    std::vector<dvec3> p, q;
+    keep_front(whole_a, normal_b, glm::dot(normal_b, on_b), on_plane, p);
+    keep_front(whole_b, normal_a, glm::dot(normal_a, on_a), on_plane, q);
     if (in_plane(p, on_b, normal_b) || in_plane(q, on_a, normal_a)) return 0.0;
     if (radius(p) < 0.02 && radius(q) < 0.02) return std::max(0.0, exchange_of_dots(p, normal_a, q, normal_b)) * unit_m * unit_m;
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <glm/vec3.hpp>
 #include <span>
+#include <vector>
 
 namespace naturel {
 
@@ -10,5 +11,10 @@ namespace naturel {
 /// Source: contour integral (docs/method.md, "Pairs of patches").
 double unoccluded_exchange_m2(std::span<const glm::dvec3> a, const glm::dvec3& normal_a, std::span<const glm::dvec3> b,
                               const glm::dvec3& normal_b);
+
+/// The part of a convex polygon in front of a plane, where dot(normal, p) >= plane_m; empty when less than a triangle is left.
+/// A vertex within `on_plane_m` of the plane is on it, and kept.
+void keep_front(std::span<const glm::dvec3> polygon, const glm::dvec3& normal, double plane_m, double on_plane_m,
+                std::vector<glm::dvec3>& kept);
 
 }  // namespace naturel

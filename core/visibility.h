@@ -28,12 +28,14 @@ struct FormFactorRow {
     std::vector<float> errors{};
     double lost = 0.0;             ///< share that met nothing (a leak, a crack, the back of a one-sided polygon)
     double truncated = 0.0;        ///< share the method does not look at (outside a single plane's square)
+    /// Share that slipped through a surface by rounding where nothing can be lost; `values` have it back already.
+    double escaped = 0.0;
 
     void clear() {
         patches.clear();
         values.clear();
         errors.clear();
-        lost = truncated = 0.0;
+        lost = truncated = escaped = 0.0;
     }
 };
 
@@ -67,7 +69,7 @@ public:
     /// Form factors from one patch (of an indoor face or an aperture) to the patches it sees. Apertures are surfaces
     /// here: what falls on them is theirs.
     /// row: cleared, then filled with (patch, F_ij) in increasing patch order, each patch once; F_ii absent;
-    /// dimensionless; sum of values + lost + truncated = 1.
+    /// dimensionless; sum of values + lost + truncated = 1, but for the errors of values that are computed and not counted.
     /// Sparse: memory and time follow what is seen, not the number of patches. Source: docs/method.md, "Form factors".
     virtual void form_factor_row(PatchId from, FormFactorRow& row) const = 0;
 

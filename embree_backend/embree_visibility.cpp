@@ -13,6 +13,8 @@
 #include "core/parallel.h"
 #include "core/view.h"
 #include "embree_backend/embree_api.h"
+#include "embree_backend/hit_counts.h"
+#include "embree_backend/hit_lookup.h"
 #include "embree_backend/pairwise.h"
 #include "embree_backend/sampling.h"
 
@@ -38,14 +40,49 @@ struct TracedFacet {
 /// Clipper, a tenth of anything that is built.
 constexpr double same_place_m = 1e-6;
 
+/// Cells with no patch or several: hits there are looked up one by one.
+constexpr std::uint32_t many_patches = 0xffff'ffffu;
+
+/// The cells of a face's grid, where some are cut, are divided for looking patches up, but into no more than this: 32
+/// kilobytes, which caches bear.
+constexpr int most_divided_cells = 1 << 13;
+
+/// Rays of one stratification; rows with more are made of several.
+constexpr int most_rays_per_table = 1 << 17;
+
+/// Of a row that is asked for so many: whole tables.
+int rounded_rays(int rays) {
+    if (rays <= most_rays_per_table) return make_tiles(rays).rays();
+    return (rays + most_rays_per_table - 1) / most_rays_per_table * most_rays_per_table;
+}
+
+/// How many tables of one size there are: enough that few rows share one (and one of its eight positions), few enough that
+/// making them is a small part of the work and that they take no more than some 25 MB. A row of several tables takes one
+/// after the other.
+std::size_t table_count(int rays, std::size_t rows) {
+    const std::size_t fitting = (std::size_t{16} << 20) / (12 * static_cast<std::size_t>(rays));
+    return std::clamp<std::size_t>(std::min(rows / 64, fitting), rays <= 1024 ? 256 : rays <= 4096 ? 64 : 16, 256);
+}
+
+/// Rows from points are few or many; nobody says.
+constexpr std::size_t usual_point_rows = 512;
+
 class EmbreeVisibility final : public Visibility {
 public:
     EmbreeVisibility(const Building& building, const PatchGrid& grid, const EmbreeOptions& options)
         : grid_(grid),
           seed_(options.seed),
-          patch_tiles_(make_tiles(options.rays_per_patch)),
-          point_tiles_(make_tiles(options.rays_per_point)),
+          target_error_(options.target_error),
+          patch_rays_(rounded_rays(options.rays_per_patch)),
+          most_patch_rays_(std::max(options.most_rays_per_patch, patch_rays_)),
+          point_rays_(rounded_rays(options.rays_per_point)),
+          closed_(std::ranges::none_of(building.faces, &Face::sheet)),
           device_(embree_api::make_device()) {
+        add_tables(patch_tables_, patch_rays_, grid.gather_patch_count);
+        if (target_error_ > 0.0)
+            for (int rays = patch_rays_; rays < most_patch_rays_ && rays < most_rays_per_table; rays *= 2)
+                add_tables(patch_tables_, 2 * rays, grid.gather_patch_count);
+        add_tables(point_tables_, point_rays_, usual_point_rows);
         place(building);
         find_twins(building);
         build_scenes(building);
@@ -62,11 +99,16 @@ public:
             return {{"form_factors", "pairwise"},
                     {"pair_tolerance", fmt::format("{:g}", pair_tolerance_)},
                     {"embree", RTC_VERSION_STRING}};
-        return {{"form_factors", "hemisphere"},
-                {"rays_per_patch", std::to_string(patch_tiles_.rays())},
-                {"rays_per_point", std::to_string(point_tiles_.rays())},
-                {"seed", std::to_string(seed_)},
-                {"embree", RTC_VERSION_STRING}};
+        std::vector<std::pair<std::string, std::string>> all{{"form_factors", "hemisphere"},
+                                                             {"rays_per_patch", std::to_string(patch_rays_)},
+                                                             {"rays_per_point", std::to_string(point_rays_)}};
+        if (target_error_ > 0.0) {
+            all.emplace_back("target_error", fmt::format("{:g}", target_error_));
+            all.emplace_back("most_rays_per_patch", std::to_string(most_patch_rays_));
+        }
+        all.emplace_back("seed", std::to_string(seed_));
+        all.emplace_back("embree", RTC_VERSION_STRING);
+        return all;
     }
 
     void form_factor_row(PatchId from, FormFactorRow& row) const override {
@@ -74,19 +116,42 @@ public:
         const Patch& patch = grid_.patches[index(from)];
         const glm::dvec3 shift = lift_m_ * patch.normal - centre_m_;
         const PolygonSampler sampler(grid_.polygon_of(from), patch.centroid_m, lift_m_, shift);
-        const std::uint64_t random = mix(mix(seed_) ^ index(from));
-        const auto first_starts = [&](std::uint32_t number, Packet& packet) {
-            float u[packet_size], v[packet_size];
-            tile_points(number, static_cast<std::uint32_t>(random >> 32), u, v);
-            sampler.place(u, v, packet.rays.ray.org_x, packet.rays.ray.org_y, packet.rays.ray.org_z);
-        };
         // A crack between facets is missed when the whole ray moves aside: by a hundredth of the way to the
         // centroid.
         const auto second_start = [&](const SecondTry& lost) {
             return lost.start + 0.01 * (patch.centroid_m + shift - lost.start);
         };
-        collect(patch.normal, patch_tiles_, static_cast<std::uint32_t>(random), first_starts, second_start,
-                row);
+        RowScratch& scratch = begin_row();
+        const std::uint64_t random = mix(mix(seed_) ^ index(from));
+        std::int64_t rays = 0;
+        std::uint64_t draws = 0;
+        const auto shoot_more = [&](std::int64_t more) {
+            while (more > 0) {
+                const RayTables& tables = largest_within(patch_tables_, more);
+                const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
+                const std::uint64_t starts = mix(bits);
+                const DigitalShift digits{static_cast<std::uint32_t>(starts), static_cast<std::uint32_t>(starts >> 32)};
+                const RayTable& table = tables.table((random >> 3) + draws++);
+                shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
+                      [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
+                          RTCRay8& ray = packet.rays.ray;
+                          if (sampler.parallelogram_m()) {
+                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first,
+                                         {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z});
+                          } else {
+                              sampler.place(tables.starts(), first, digits, ray.org_x, ray.org_y, ray.org_z);
+                              place_directions(frame, table, first, ray.dir_x, ray.dir_y, ray.dir_z);
+                          }
+                      },
+                      second_start, scratch);
+                more -= table.rays();
+                rays += table.rays();
+            }
+        };
+        shoot_more(patch_rays_);
+        if (target_error_ > 0.0)
+            while (rays < most_patch_rays_ && scratch.hits.estimate_error(rays) > target_error_) shoot_more(rays);
+        finish_row(scratch, rays, row);
     }
 
     FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const override {
@@ -102,10 +167,6 @@ public:
         for (const double x : {from.position_m.x, from.position_m.y, from.position_m.z, from.normal.x,
                                from.normal.y, from.normal.z})
             random = mix(random ^ std::bit_cast<std::uint64_t>(x));
-        const auto first_starts = [&](std::uint32_t, Packet& packet) {
-            for (unsigned k = 0; k < packet_size; ++k)
-                packet.set_origin(k, lifted);
-        };
         // A point in the corner of a room may lie behind the neighbouring wall by a rounding. Rays that leave
         // the wall meet its back at once and start in front of it the second time; rays that go into it start
         // farther back along the surface.
@@ -114,33 +175,48 @@ public:
             return lost.start -
                    64.0 * lift_m * (lost.direction - glm::dot(lost.direction, from.normal) * from.normal);
         };
-        collect(from.normal, point_tiles_, static_cast<std::uint32_t>(random), first_starts, second_start,
-                row);
+        RowScratch& scratch = begin_row();
+        std::int64_t rays = 0;
+        std::uint64_t draws = 0;
+        while (rays < point_rays_) {
+            const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
+            const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table((random >> 3) + draws++);
+            shoot(from.normal, table, static_cast<std::uint32_t>(bits & 7u),
+                  [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
+                      for (unsigned k = 0; k < packet_size; ++k) packet.set_origin(k, lifted);
+                      place_directions(frame, table, first, packet.rays.ray.dir_x, packet.rays.ray.dir_y, packet.rays.ray.dir_z);
+                  },
+                  second_start, scratch);
+            rays += table.rays();
+        }
+        finish_row(scratch, rays, row);
     }
 
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
-        const glm::vec3 lifted(from.position_m - centre_m_ + lift_at(from.position_m) * from.normal);
-        Packet packet;
-        for (std::size_t first = 0; first < directions.size(); first += packet_size) {
-            const unsigned count =
-                static_cast<unsigned>(std::min<std::size_t>(packet_size, directions.size() - first));
-            for (unsigned k = 0; k < packet_size; ++k) {
-                packet.set_origin(k, lifted);
-                packet.set_direction(k, glm::vec3(directions[first + std::min(k, count - 1)]));
-            }
+        for_each_packet(from, directions, [&](Packet& packet, std::size_t first, unsigned count) {
             embree_api::trace(opaque_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k)
                 seen[first + k] = seen_by(packet, k);
-        }
+        });
+    }
+
+    void occluded(const GatherPoint& from, std::span<const glm::dvec3> directions,
+                  std::span<std::uint8_t> blocked) const override {
+        NATUREL_EXPECT(directions.size() == blocked.size());
+        for_each_packet(from, directions, [&](Packet& packet, std::size_t first, unsigned count) {
+            embree_api::trace_occlusion(opaque_.get(), packet, count);
+            for (unsigned k = 0; k < count; ++k)
+                blocked[first + k] = packet.blocked(k);
+        });
     }
 
     void view_facets(const View& view, std::span<FacetId> seen) const override {
         const Camera camera = make_camera(view);
         NATUREL_EXPECT(seen.size() ==
                        static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-        parallel_for(static_cast<std::size_t>(camera.height + 3) / 4, 1, [&](std::size_t tile_row) {
+        parallel_for(static_cast<std::size_t>(camera.height + 1) / 2, 1, [&](std::size_t tile_row) {
             Packet packet;
             for (int left = 0; left < camera.width; left += 4) {
                 // Pixels past the right and lower margins repeat the last column and row.
@@ -148,7 +224,7 @@ public:
                     return std::min(left + static_cast<int>(k % 4), camera.width - 1);
                 };
                 const auto row = [&](unsigned k) {
-                    return std::min(4 * static_cast<int>(tile_row) + static_cast<int>(k / 4),
+                    return std::min(2 * static_cast<int>(tile_row) + static_cast<int>(k / 4),
                                     camera.height - 1);
                 };
                 for (unsigned k = 0; k < packet_size; ++k) {
@@ -168,15 +244,29 @@ private:
     /// A ray that met nothing, a back or the outdoors.
     struct SecondTry {
         glm::dvec3 start, direction;
-        double distance_m;  ///< to what it met; infinite for nothing
+        double distance_m;         ///< to what it met; infinite for nothing
+        std::uint32_t sub_sample;
     };
 
-    /// Hits of one row, per patch. All zero between two rows.
     struct RowScratch {
-        std::vector<std::uint32_t> hits;     ///< [gather_patch_count]
-        std::vector<std::uint64_t> touched;  ///< one bit per patch: read in order, no sorting
+        HitCounts hits;
         std::vector<SecondTry> second_tries;
+        std::int64_t lost = 0;
+        Packet packet;
     };
+
+    using TablesBySize = std::vector<std::unique_ptr<RayTables>>;  ///< each of twice the rays of the one before
+
+    void add_tables(TablesBySize& tables, int rays, std::size_t rows) const {
+        const Tiles tiles = make_tiles(std::min(rays, most_rays_per_table));
+        tables.push_back(std::make_unique<RayTables>(tiles, table_count(tiles.rays(), rows), seed_ + static_cast<std::uint64_t>(rays)));
+    }
+
+    static const RayTables& largest_within(const TablesBySize& tables, std::int64_t rays) {
+        std::size_t k = 0;
+        while (k + 1 < tables.size() && tables[k + 1]->rays() <= rays) ++k;
+        return *tables[k];
+    }
 
     /// How far an origin is lifted off its surface. Rounding to float moves each vertex and each origin by up to half a
     /// unit in the last place per axis, and the distances that Embree computes by a few more. 16 units keep an origin in
@@ -270,7 +360,88 @@ private:
         return true;
     }
 
+    /// Corners of a triangle of the facet.
+    HitMap hit_map(std::uint32_t f, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const {
+        const TracedFacet& facet = facets_[f];
+        const PatchGrid::FaceGrid& grid = grid_.face_grid(facet.face);
+        HitMap map;
+        map.facet = f;
+        if (!facet.receives || grid.nu == 0 || grid.nv == 0) return map;  // without a normal: never clear
+        const FaceCells& cells = face_cells_[index(facet.face)];
+        const auto column = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.du); };
+        const auto row = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.dv); };
+        map.column = static_cast<float>(column(a));
+        map.column_u = static_cast<float>(column(b) - column(a));
+        map.column_v = static_cast<float>(column(c) - column(a));
+        map.row = static_cast<float>(row(a));
+        map.row_u = static_cast<float>(row(b) - row(a));
+        map.row_v = static_cast<float>(row(c) - row(a));
+        map.last_column = static_cast<float>(grid.nu * cells.division - 1);
+        map.last_row = static_cast<float>(grid.nv * cells.division - 1);
+        map.normal_x = static_cast<float>(facet.normal.x);
+        map.normal_y = static_cast<float>(facet.normal.y);
+        map.normal_z = static_cast<float>(facet.normal.z);
+        map.edge = edge_share(a, b, c);
+        map.first_cell = cells.first;
+        map.columns = grid.nu * cells.division;
+        return map;
+    }
+
+    /// The largest of u, v and 1 - u - v that a hit within tie_m() of an edge of a triangle may have.
+    float edge_share(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const {
+        const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+        const double smallest_height = glm::length(glm::cross(b - a, c - a)) / longest;
+        return static_cast<float>(tie_m() / smallest_height);
+    }
+
+    /// A ray at a point of an edge passes it within this: starts are lifted, which moves the ray aside by as much, and rounded.
+    double tie_m() const { return 2.0 * lift_m_; }
+
+    /// Which patch lies under each cell of each face, the cells of faces with cuts divided.
+    void find_patches_of_cells(std::size_t face_count) {
+        for (std::size_t f = 0; f < face_count; ++f) {
+            const PatchGrid::FaceGrid& grid = grid_.face_grid(make_id<FaceId>(f));
+            const auto cells = static_cast<std::size_t>(grid.nu) * static_cast<std::size_t>(grid.nv);
+            bool cut = false;
+            for (std::size_t c = 0; c < cells; ++c) cut |= grid_.patches_in_cell(grid.first_cell + c).size() > 1;
+            int division = cut ? 4 : 1;
+            while (division > 1 && cells * static_cast<std::size_t>(division * division) > most_divided_cells) division /= 2;
+            face_cells_.push_back({static_cast<std::uint32_t>(patch_of_cell_.size()), division});
+            for (int row = 0; row < grid.nv * division; ++row)
+                for (int column = 0; column < grid.nu * division; ++column)
+                    patch_of_cell_.push_back(patch_under(grid, division, column, row));
+        }
+        patch_of_cell_.push_back(many_patches);  // the unclear cell
+    }
+
+    /// The patch that all of a cell of the divided grid lies on.
+    std::uint32_t patch_under(const PatchGrid::FaceGrid& grid, int division, int column, int row) const {
+        const auto whole = static_cast<std::size_t>(row / division) * static_cast<std::size_t>(grid.nu) +
+                           static_cast<std::size_t>(column / division);
+        const std::span<const PatchId> patches = grid_.patches_in_cell(grid.first_cell + whole);
+        if (patches.size() == 1) return static_cast<std::uint32_t>(patches[0]);
+        // du and dv count cells along the sides, which may be oblique to each other.
+        const double uu = glm::dot(grid.du, grid.du), vv = glm::dot(grid.dv, grid.dv), uv = glm::dot(grid.du, grid.dv);
+        const double scale = 1.0 / ((uu * vv - uv * uv) * division);
+        const glm::dvec3 along = scale * (vv * grid.du - uv * grid.dv), across = scale * (uu * grid.dv - uv * grid.du);
+        for (const PatchId patch : patches) {
+            const std::span<const glm::dvec3> corners = grid_.polygon_of(patch);
+            const auto holds = [&](const glm::dvec3& point) {
+                for (std::size_t k = 0; k < corners.size(); ++k) {
+                    const glm::dvec3 edge = corners[(k + 1) % corners.size()] - corners[k];
+                    if (glm::dot(glm::cross(grid_.patches[index(patch)].normal, edge), point - corners[k]) < -1e-9) return false;
+                }
+                return true;
+            };
+            const glm::dvec3 corner = grid.origin_m + static_cast<double>(column) * along + static_cast<double>(row) * across;
+            if (holds(corner) && holds(corner + along) && holds(corner + across) && holds(corner + along + across))
+                return static_cast<std::uint32_t>(patch);
+        }
+        return many_patches;
+    }
+
     void build_scenes(const Building& building) {
+        find_patches_of_cells(building.faces.size());
         std::vector<glm::vec3> vertices;
         for (const glm::dvec3& v : vertices_m_)
             vertices.emplace_back(v);
@@ -287,6 +458,8 @@ private:
                 const std::uint32_t first = facets_[f].first_vertex;
                 triangles.push_back({first, first + k, first + k + 1});
                 facet_of_triangle_.push_back(f);
+                edges_.push_back(edge_share(v[0], v[k], v[k + 1]));
+                hit_maps_.push_back(hit_map(f, v[0], v[k], v[k + 1]));
             }
             NATUREL_EXPECT(building.facets[f].is_aperture || f == 0 || !building.facets[f - 1].is_aperture);
             if (!building.facets[f].is_aperture) opaque_triangles = triangles.size();
@@ -304,7 +477,16 @@ private:
                            direction;
     }
 
-    /// The facet that ray k met: of two that lie back to back, the one that faces it.
+    /// The facet that ray k met. Of two that lie back to back, the one that faces it; of several that meet within rounding,
+    /// the first of those that face it.
+    std::uint32_t facet_met(RTCScene scene, const Packet& packet, unsigned k) const {
+        const std::uint32_t triangle = packet.triangle(k);
+        const std::uint32_t facet = facet_of_triangle_[triangle];
+        const float u = packet.rays.hit.u[k], v = packet.rays.hit.v[k];
+        if (std::min({u, v, 1.0f - u - v}) < edges_[triangle]) return first_of_tie(scene, packet, k, facet);
+        return facing(packet, k, facet);
+    }
+
     std::uint32_t facing(const Packet& packet, unsigned k, std::uint32_t facet) const {
         const TracedFacet& met = facets_[facet];
         if (met.twin_count == 0) return facet;
@@ -316,108 +498,160 @@ private:
         return facet;
     }
 
-    bool inside(const TracedFacet& facet, const glm::dvec3& point) const {
+    /// Which of the facets at an edge or a corner Embree reports follows from the order of its tree and the rounding of
+    /// the processor. All that come within rounding of the hit are asked for; the smallest number among those that the ray
+    /// meets from the front wins, or among all where there is none.
+    std::uint32_t first_of_tie(RTCScene scene, const Packet& packet, unsigned k, std::uint32_t met) const {
+        const glm::dvec3 start = packet.origin(k), direction = packet.direction(k);
+        const glm::dvec3 point = start + static_cast<double>(packet.rays.ray.tfar[k]) * direction;
+        std::uint32_t best = met;
+        bool best_faces = glm::dot(facets_[met].normal, direction) < 0.0;
+        const double reach_m = 2.0 * tie_m();
+        embree_api::near_triangles(scene, glm::vec3(point), static_cast<float>(2.0 * reach_m), [&](std::uint32_t triangle) {
+            const std::uint32_t f = facet_of_triangle_[triangle];
+            const TracedFacet& facet = facets_[f];
+            if (std::abs(glm::dot(facet.normal, point) - facet.plane_m) > reach_m || !inside(facet, point, reach_m)) return;
+            const bool faces = glm::dot(facet.normal, direction) < 0.0;
+            if (faces != best_faces ? faces : f < best) best = f, best_faces = faces;
+        });
+        return best;
+    }
+
+    bool inside(const TracedFacet& facet, const glm::dvec3& point, double margin_m = same_place_m) const {
         const std::span<const glm::dvec3> v = polygon(facet);
         for (std::size_t k = 0; k < v.size(); ++k) {
             const glm::dvec3 edge = v[(k + 1) % v.size()] - v[k];
-            if (glm::dot(glm::cross(facet.normal, edge), point - v[k]) < -same_place_m * glm::length(edge))
+            if (glm::dot(glm::cross(facet.normal, edge), point - v[k]) < -margin_m * glm::length(edge))
                 return false;
         }
         return true;
     }
 
     FacetId seen_by(const Packet& packet, unsigned k) const {
-        const std::uint32_t triangle = packet.triangle(k);
-        return triangle == embree_api::no_hit
-                   ? FacetId::none
-                   : make_id<FacetId>(facing(packet, k, facet_of_triangle_[triangle]));
+        return packet.triangle(k) == embree_api::no_hit ? FacetId::none
+                                                         : make_id<FacetId>(facet_met(opaque_.get(), packet, k));
     }
 
     /// The patch whose front ray k of a traced packet met; none when it met nothing, a back or the outdoors.
     PatchId patch_met(const Packet& packet, unsigned k) const {
-        const std::uint32_t triangle = packet.triangle(k);
-        if (triangle == embree_api::no_hit) return PatchId::none;
-        const TracedFacet& facet = facets_[facing(packet, k, facet_of_triangle_[triangle])];
+        if (packet.triangle(k) == embree_api::no_hit) return PatchId::none;
+        const TracedFacet& facet = facets_[facet_met(surfaces_.get(), packet, k)];
         const glm::dvec3 direction = packet.direction(k);
         if (!facet.receives || glm::dot(facet.normal, direction) >= 0.0) return PatchId::none;
         return grid_.patch_at(facet.face, meeting_point(facet, packet.origin(k), direction) + centre_m_);
     }
 
-    /// Shoots the rays of all tiles; each weighs 1 / rays.
-    /// first_starts(n, packet): sets the origins of packet n, lifted; neighbouring tiles have neighbouring
-    /// numbers. second_start(start, direction): lifted origin of the second try of a ray that would be lost.
-    template <class FirstStarts, class SecondStart>
-    void collect(const glm::dvec3& normal, const Tiles& tiles, std::uint32_t key,
-                 const FirstStarts& first_starts, const SecondStart& second_start, FormFactorRow& row) const {
-        RowScratch& scratch = scratch_.local();
-        scratch.hits.resize(grid_.gather_patch_count);
-        scratch.touched.resize((grid_.gather_patch_count + 63) / 64);
-        scratch.second_tries.clear();
-        const auto count_hit = [&](PatchId patch) {
-            ++scratch.hits[index(patch)];
-            scratch.touched[index(patch) / 64] |= std::uint64_t{1} << (index(patch) % 64);
-        };
-
-        const HemisphereFrame frame(normal);
+    /// Calls trace_them(packet, first, count) for the directions, eight at a time.
+    template <class TraceThem>
+    void for_each_packet(const GatherPoint& from, std::span<const glm::dvec3> directions, const TraceThem& trace_them) const {
+        const glm::vec3 lifted(from.position_m - centre_m_ + lift_at(from.position_m) * from.normal);
         Packet packet;
-        for (int tile_row = 0; tile_row < tiles.rows; ++tile_row)
-            for (int tile_column = 0; tile_column < tiles.columns; ++tile_column) {
-                first_starts(
-                    morton(static_cast<std::uint32_t>(tile_row), static_cast<std::uint32_t>(tile_column)),
-                    packet);
-                tile_directions(frame, tiles, tile_row, tile_column, key, packet.rays.ray.dir_x,
-                                packet.rays.ray.dir_y, packet.rays.ray.dir_z);
-                embree_api::trace(surfaces_.get(), packet);
-                for (unsigned k = 0; k < packet_size; ++k) {
-                    if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                        count_hit(patch);
-                    else
-                        scratch.second_tries.push_back(
-                            {packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k]});
-                }
+        for (std::size_t first = 0; first < directions.size(); first += packet_size) {
+            const unsigned count =
+                static_cast<unsigned>(std::min<std::size_t>(packet_size, directions.size() - first));
+            for (unsigned k = 0; k < packet_size; ++k) {
+                packet.set_origin(k, lifted);
+                packet.set_direction(k, glm::vec3(directions[first + std::min(k, count - 1)]));
             }
+            trace_them(packet, first, count);
+        }
+    }
 
-        int lost = 0;
+    RowScratch& begin_row() const {
+        RowScratch& scratch = scratch_.local();
+        scratch.hits.reserve(grid_.gather_patch_count);
+        scratch.lost = 0;
+        return scratch;
+    }
+
+    /// Shoots the rays of a table.
+    /// place_packet(frame, first, packet): sets directions and origins, lifted, of the rays from `first` on.
+    /// second_start(lost): lifted origin of the second try of a ray that would be lost.
+    template <class PlacePacket, class SecondStart>
+    void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlacePacket& place_packet,
+               const SecondStart& second_start, RowScratch& scratch) const {
+        const HemisphereFrame frame(normal, symmetry);
+        Packet& packet = scratch.packet;
+        scratch.second_tries.clear();
+        scratch.hits.expect(table.rays());
+        const std::uint32_t* const patch_of_cell = patch_of_cell_.data();
+        const auto unclear = static_cast<std::uint32_t>(patch_of_cell_.size() - 1);
+        const auto end = static_cast<std::size_t>(table.rays());
+        for (std::size_t first = 0; first < end; first += packet_size) {
+            place_packet(frame, first, packet);
+            embree_api::trace(surfaces_.get(), packet);
+            std::uint32_t met[packet_size];
+            find_cells(hit_maps_.data(), packet, unclear, met);
+            bool all_clear = true;
+            for (unsigned k = 0; k < packet_size; ++k) {
+                met[k] = patch_of_cell[met[k]];
+                all_clear &= met[k] != many_patches;
+            }
+            if (all_clear)
+                scratch.hits.add_packet(met);
+            else
+                add_one_by_one(packet, met, scratch);
+        }
         for (std::size_t first = 0; first < scratch.second_tries.size(); first += packet_size) {
             const unsigned count = static_cast<unsigned>(
                 std::min<std::size_t>(packet_size, scratch.second_tries.size() - first));
             for (unsigned k = 0; k < packet_size; ++k) {
-                const SecondTry& ray = scratch.second_tries[first + std::min(k, count - 1)];
-                packet.set_origin(k, glm::vec3(second_start(ray)));
-                packet.set_direction(k, glm::vec3(ray.direction + 1e-4 * normal));
+                const SecondTry& again = scratch.second_tries[first + std::min(k, count - 1)];
+                packet.set_origin(k, glm::vec3(second_start(again)));
+                packet.set_direction(k, glm::vec3(again.direction + 1e-4 * normal));
             }
             embree_api::trace(surfaces_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k) {
                 if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                    count_hit(patch);
+                    scratch.hits.add(static_cast<std::uint32_t>(patch), scratch.second_tries[first + k].sub_sample);
                 else
-                    ++lost;
+                    ++scratch.lost;
             }
         }
+    }
 
-        row.clear();
-        const double weight = 1.0 / tiles.rays();
-        for (std::size_t word = 0; word < scratch.touched.size(); ++word) {
-            for (std::uint64_t bits = scratch.touched[word]; bits != 0; bits &= bits - 1) {
-                const std::size_t patch = 64 * word + static_cast<std::size_t>(std::countr_zero(bits));
-                row.patches.push_back(make_id<PatchId>(patch));
-                row.values.push_back(weight * scratch.hits[patch]);
-                scratch.hits[patch] = 0;
-            }
-            scratch.touched[word] = 0;
+    void add_one_by_one(const Packet& packet, const std::uint32_t* patches, RowScratch& scratch) const {
+        for (unsigned k = 0; k < packet_size; ++k) {
+            if (patches[k] != many_patches)
+                scratch.hits.add(patches[k], k);
+            else if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
+                scratch.hits.add(static_cast<std::uint32_t>(patch), k);
+            else
+                scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], k});
         }
-        row.lost = weight * lost;
+    }
+
+    /// Solids leave no way out of a room: the few rays that are lost there slipped through by rounding, and what the others
+    /// met stands for them. More than one in a hundred is no rounding (a point inside a solid), and sheets may have gaps
+    /// and backs: there what is lost is lost.
+    void finish_row(RowScratch& scratch, std::int64_t rays, FormFactorRow& row) const {
+        row.clear();
+        const double share = static_cast<double>(scratch.lost) / static_cast<double>(rays);
+        const bool escaped = closed_ && 100 * scratch.lost <= rays;
+        (escaped ? row.escaped : row.lost) = share;
+        scratch.hits.move_to(row, escaped ? rays - scratch.lost : rays);
     }
 
     PatchGrid grid_;
     std::uint64_t seed_;
-    Tiles patch_tiles_, point_tiles_;
+    double target_error_;
+    int patch_rays_, most_patch_rays_, point_rays_;
+    TablesBySize patch_tables_, point_tables_;
+    bool closed_;  ///< made of solids alone
     glm::dvec3 centre_m_{};
     double lift_m_ = 0.0;  ///< of origins on the surfaces of the rooms, see lift_at()
     std::vector<TracedFacet> facets_;
     std::vector<glm::dvec3> vertices_m_;  ///< of all facets, one after the other
     std::vector<std::uint32_t> twins_;    ///< see TracedFacet::first_twin
     std::vector<std::uint32_t> facet_of_triangle_;
+    std::vector<float> edges_;  ///< of triangles, see edge_share()
+    std::vector<HitMap> hit_maps_;
+    struct FaceCells {
+        std::uint32_t first;  ///< into patch_of_cell_
+        int division;         ///< of each cell of the face's grid, along either side
+    };
+    std::vector<FaceCells> face_cells_;         ///< [face]
+    std::vector<std::uint32_t> patch_of_cell_;  ///< by rows, one face after the other
     embree_api::Device device_;
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`
@@ -427,6 +661,12 @@ private:
 };
 
 }  // namespace
+
+double estimated_error(const FormFactorRow& row) {
+    double sum = 0.0;
+    for (const float error : row.errors) sum += static_cast<double>(error) * static_cast<double>(error);
+    return std::sqrt(sum);
+}
 
 std::unique_ptr<Visibility> make_embree_visibility(const Building& building, const PatchGrid& grid,
                                                    const EmbreeOptions& options) {

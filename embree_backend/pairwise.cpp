@@ -23,8 +23,10 @@ using namespace pairwise;
 using glm::dvec3;
 
 constexpr std::size_t patches_per_block = 64;
+constexpr double on_plane_m = 1e-9;  // geometry is rounded to 1 nm: a corner in a plane is not cut off
 
-/// Orders of the product rule on parallelograms, from cheap to dear. For patches that are no larger than `eta` times their
+/// Orders of the product rule, from cheap to dear. On a parallelogram it is exact for polynomials of one more degree than on another
+/// quadrilateral or a triangle, where its nodes are spread by a bilinear map: those take the next order. For patches that are no larger than `eta` times their
 /// distance (both radii over the distance of the centres) the rule errs by less than `error` eta^(2 order) of
 /// A A' / (pi r^2), which is chosen on the safe side of the next term of the rule.
 struct Rule {
@@ -40,6 +42,8 @@ struct Nodes {
     std::size_t count = 0;
     std::vector<double> x, y, z, weight;
 };
+
+enum Shape : std::uint8_t { parallelogram = 0, quadrilateral = 1, other = 2 };  ///< a triangle has two corners of a quadrilateral in one
 
 struct Block {
     std::size_t first = 0, last = 0;
@@ -142,21 +146,6 @@ std::vector<VertexQuad> in_quads(std::span<const dvec3> v) {
     return quads;
 }
 
-void cut_behind(std::span<const dvec3> polygon, const dvec3& normal, double plane_m, std::vector<dvec3>& kept) {
-    kept.clear();
-    const auto height = [&](const dvec3& v) {
-        const double h = glm::dot(normal, v) - plane_m;
-        return std::abs(h) < 1e-9 ? 0.0 : h;  // geometry is rounded to 1 nm: a corner in the plane is not cut off
-    };
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-        const dvec3 &from = polygon[k], &to = polygon[(k + 1) % polygon.size()];
-        const double h0 = height(from), h1 = height(to);
-        if (h0 >= 0.0) kept.push_back(from);
-        if (h0 * h1 < 0.0) kept.push_back(from + (h0 / (h0 - h1)) * (to - from));
-    }
-    if (kept.size() < 3) kept.clear();
-}
-
 }  // namespace
 
 struct PairwiseExchange::Data {
@@ -171,7 +160,7 @@ struct PairwiseExchange::Data {
     std::vector<std::uint32_t> first_vertex;  ///< [count + 1]
     std::vector<VertexQuad> quads;
     std::vector<std::uint32_t> first_quad;  ///< [count + 1]
-    std::vector<std::uint8_t> regular;      ///< parallelogram: has nodes in `nodes`
+    std::vector<std::uint8_t> shape;        ///< see Shape
     std::vector<std::uint32_t> block_of;
     std::array<Nodes, rules.size()> nodes;
     std::vector<dvec3> face_normal;
@@ -254,17 +243,24 @@ void PairwiseExchange::Data::take_patches(const Building& building, const PatchG
         for (const dvec3& c : v) radius = std::max(radius, glm::distance(c, middle_m.back()));
         radius_m.push_back(radius);
         // Corners are rounded to 1 nm.
-        regular.push_back(v.size() == 4 && glm::length(v[0] + v[2] - v[1] - v[3]) < 1e-8);
-        for (std::size_t r = 0; r < rules.size() && regular.back(); ++r) {
+        const bool straight = v.size() == 4 && glm::length(v[0] + v[2] - v[1] - v[3]) < 1e-8;
+        shape.push_back(straight ? parallelogram : v.size() <= 4 ? quadrilateral : other);
+        if (shape.back() == other) continue;
+        const dvec3 &c0 = v[0], &c1 = v[1], &c2 = v[2], &c3 = v.back();
+        for (std::size_t r = 0; r < rules.size(); ++r) {
             const QuadratureRule rule = gauss_legendre(rules[r].order);
             std::size_t k = 0;
             for (std::size_t i = 0; i < rule.nodes.size(); ++i)
                 for (std::size_t j = 0; j < rule.nodes.size(); ++j, ++k) {
-                    const dvec3 at = v[0] + rule.nodes[i] * (v[1] - v[0]) + rule.nodes[j] * (v[3] - v[0]);
+                    const double s = rule.nodes[i], t = rule.nodes[j];
+                    const dvec3 bend = straight ? dvec3{} : c0 - c1 + c2 - c3;
+                    const dvec3 at = c0 + s * (c1 - c0) + t * (c3 - c0) + s * t * bend;
+                    const double area =
+                        straight ? p.area_m2 : glm::dot(p.normal, glm::cross(c1 - c0 + t * bend, c3 - c0 + s * bend));
                     nodes[r].x[k * count + a] = at.x;
                     nodes[r].y[k * count + a] = at.y;
                     nodes[r].z[k * count + a] = at.z;
-                    nodes[r].weight[k * count + a] = rule.weights[i] * rule.weights[j] * p.area_m2;
+                    nodes[r].weight[k * count + a] = rule.weights[i] * rule.weights[j] * area;
                 }
         }
     }
@@ -382,11 +378,11 @@ ExchangeEstimate PairwiseExchange::Data::past_occluders(std::size_t a, std::size
                                                         double unoccluded_m2, Scratch& s) const {
     Polygon pa = polygon(a), pb = polygon(b);
     if (cut_a) {
-        cut_behind(pa.vertices_m, pb.normal, pb.plane_m, s.clipped_a);
+        keep_front(pa.vertices_m, pb.normal, pb.plane_m, on_plane_m, s.clipped_a);
         pa.vertices_m = s.clipped_a;
     }
     if (cut_b) {
-        cut_behind(pb.vertices_m, polygon(a).normal, polygon(a).plane_m, s.clipped_b);
+        keep_front(pb.vertices_m, polygon(a).normal, polygon(a).plane_m, on_plane_m, s.clipped_b);
         pb.vertices_m = s.clipped_b;
     }
     if (pa.vertices_m.empty() || pb.vertices_m.empty()) return {};
@@ -456,15 +452,16 @@ void PairwiseExchange::Data::exchange_with_block(std::size_t a, const Block& to,
         cut_b[j] = lowest < -in_plane_m;
         way[j] = by_contour;
         bound_m2[j] = 0.0;
-        if (cut_a || cut_b[j] || !regular[a] || !regular[b]) continue;
+        const std::size_t finer = std::max(shape[a], shape[b]);
+        if (cut_a || cut_b[j] || finer == other) continue;
         const dvec3 d = middle_m[b] - middle_m[a];
         const double square = glm::dot(d, d), sum = radius_m[a] + radius_m[b], eta_2 = sum * sum / square;
         double power = eta_2;
-        for (std::size_t r = 0; r < rules.size(); ++r) {
+        for (std::size_t r = 0; r + finer < rules.size(); ++r) {
             power *= eta_2;
             if (rules[r].error * power > rule_error) continue;
-            way[j] = static_cast<std::uint8_t>(1 + r);
-            used[r] = true;
+            way[j] = static_cast<std::uint8_t>(1 + r + finer);
+            used[r + finer] = true;
             bound_m2[j] = rules[r].error * power * area_m2[a] * area_m2[b] / (pi * square);
             break;
         }
@@ -534,18 +531,35 @@ struct Value {
     double value;
 };
 
-/// Into the order of patches; `lost` is what the values leave of 1.
+/// What the values of a row leave of 1, where that is more than they may be wrong by: twice the root of the sum of the squares of
+/// their errors. Less than that is the error of the method, and no leak.
+class Balance {
+public:
+    void add(const Value& v) {
+        sum_ += v.value;
+        square_ += static_cast<double>(v.error) * static_cast<double>(v.error);
+    }
+    double lost() const {
+        const double missing = 1.0 - sum_;
+        return missing > 2.0 * std::sqrt(square_) ? missing : 0.0;
+    }
+
+private:
+    double sum_ = 0.0, square_ = 0.0;
+};
+
+/// Into the order of patches.
 void finish(std::vector<Value>& values, FormFactorRow& row) {
     std::ranges::sort(values, {}, &Value::patch);
     row.clear();
-    double sum = 0.0;
+    Balance balance;
     for (const Value& v : values) {
         row.patches.push_back(make_id<PatchId>(v.patch));
         row.values.push_back(v.value);
         row.errors.push_back(v.error);
-        sum += v.value;
+        balance.add(v);
     }
-    row.lost = std::max(0.0, 1.0 - sum);
+    row.lost = balance.lost();
 }
 
 }  // namespace
@@ -680,14 +694,14 @@ FormFactorRows PairwiseExchange::rows(bool with_errors, Progress& progress, Pair
     parallel_for(d.count, 16, [&](std::size_t i) {
         const auto own = std::span(values).subspan(rows.row_begin[i], rows.row_begin[i + 1] - rows.row_begin[i]);
         std::ranges::sort(own, {}, &Value::patch);
-        double sum = 0.0;
+        Balance balance;
         for (std::size_t k = 0; k < own.size(); ++k) {
             rows.column[rows.row_begin[i] + k] = own[k].patch;
             rows.value[rows.row_begin[i] + k] = own[k].value;
             if (with_errors) rows.error[rows.row_begin[i] + k] = own[k].error;
-            sum += own[k].value;
+            balance.add(own[k]);
         }
-        rows.lost[i] = std::max(0.0, 1.0 - sum);
+        rows.lost[i] = balance.lost();
     });
     return rows;
 }

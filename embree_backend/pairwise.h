@@ -8,7 +8,8 @@
 namespace naturel {
 
 struct PairwiseOptions {
-    /// Largest estimated error of a form factor, dimensionless: of the larger one of F_ij and F_ji.
+    /// Largest estimated error of one form factor, absolute, dimensionless: of the larger one of F_ij and F_ji. A row with n partly
+    /// visible patches sums to 1 within about sqrt(n) times as much.
     double tolerance = 1e-4;
 };
 
@@ -26,7 +27,8 @@ public:
     PairwiseExchange(const Building& building, const PatchGrid& grid, const PairwiseOptions& options);
     ~PairwiseExchange();
 
-    /// As Visibility::form_factor_row(). `lost` is what the values leave of 1.
+    /// As Visibility::form_factor_row(). `lost` is what the values leave of 1 if that is more than twice the root of the sum of
+    /// the squares of their errors, else 0: less than that may be no leak at all.
     void row(PatchId from, FormFactorRow& row) const;
     void row(const GatherPoint& from, FormFactorRow& row) const;
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,9 +32,24 @@ public:
                       std::span<const std::uint32_t> chosen);
 
 private:
+    static constexpr int most_corners = 48;
+    /// A polygon in the plane of the target. Copies what is used of it.
     struct Flat {
         int count = 0;
-        double x[48], y[48];
+        double x[most_corners], y[most_corners];
+        Flat() {}  // leaves the corners as they are: filling them would cost more than the cuts
+        Flat(const Flat& other) { *this = other; }
+        Flat& operator=(const Flat& other) {
+            count = other.count;
+            std::copy_n(other.x, count, x);
+            std::copy_n(other.y, count, y);
+            return *this;
+        }
+    };
+    /// A convex shadow: what has a x + b y + c >= 0 for all its edges.
+    struct Shade {
+        int edges = 0;
+        double a[2 * most_vertices], b[2 * most_vertices], c[2 * most_vertices];
     };
     /// A parallelogram origin + s u + t v, or its half where s + t <= 1.
     struct Cell {
@@ -47,7 +63,8 @@ private:
              std::span<const glm::dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen, Side side);
     double seen_from(const glm::dvec3& point_m, double& all);
     void evaluate(Cell& cell);
-    void subtract(const Flat& shadow);
+    void subtract(const Shade& shade);
+    static void keep(const Flat& p, const double* height, double sign, Flat& kept);
     double lambert(const Flat& piece, double px, double py, double pz) const;
 
     // The target in its own plane: x along u, y along v, height along the normal.
@@ -62,6 +79,8 @@ private:
     std::vector<Flattened> blockers_;
     std::vector<Flat> pieces_, next_;
     std::vector<Cell> cells_;
+    double tolerance_m2_ = 0.0;
+    double range_ = 0.0;  ///< of the shares seen from the points of the undivided cells
 };
 
 }  // namespace naturel::pairwise

@@ -517,7 +517,8 @@ TEST_CASE("rows of any method have the same bits for any number of threads", "[v
         bool equal = true;
         for (std::size_t i = 0; i < rows.size(); ++i)
             equal = equal && rows[i].patches == first[i].patches && rows[i].values == first[i].values &&
-                    rows[i].lost == first[i].lost && rows[i].truncated == first[i].truncated;
+                    rows[i].errors == first[i].errors && rows[i].lost == first[i].lost &&
+                    rows[i].truncated == first[i].truncated && rows[i].escaped == first[i].escaped;
         CHECK(equal);
     }
 }

@@ -9,7 +9,7 @@
 #include "core/patch_grid.h"
 #include "embree_backend/embree_visibility.h"
 #include "embree_backend/pairwise.h"
-#include "tests/random_scenes.h"
+#include "tests/reference/occluded_pairs.h"
 
 namespace naturel::tests {
 namespace {
@@ -18,16 +18,6 @@ double cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// A room of 6 x 5 x 3 m with `count` boxes on its floor, in rows.
-Scene room_with_boxes(int count) {
-    Scene scene = closed_room({6, 5, 3});
-    for (int k = 0; k < count; ++k) {
-        const glm::dvec3 low{0.3 + 0.95 * (k % 6), 0.4 + 1.2 * (k / 6), 0.0};
-        scene.polyhedra.push_back(box("box " + std::to_string(k), Effect::fill, low, low + glm::dvec3(0.4, 0.5, 0.5 + 0.25 * (k % 4))));
-    }
-    return scene;
 }
 
 void pairwise(benchmark::State& state) {

@@ -17,15 +17,20 @@ namespace {
 
 std::vector<dvec3> all_directions(const dvec3& normal, const Tiles& tiles, std::uint32_t key) {
     std::vector<dvec3> directions;
-    const HemisphereFrame frame(normal);
-    for (int row = 0; row < tiles.rows; ++row)
-        for (int column = 0; column < tiles.columns; ++column) {
-            float x[16], y[16], z[16];
-            tile_directions(frame, tiles, row, column, key, x, y, z);
-            for (int k = 0; k < 16; ++k)
-                directions.emplace_back(x[k], y[k], z[k]);
-        }
+    const HemisphereFrame frame(normal, key % 8);
+    const RayTable table = make_ray_table(tiles, key);
+    for (std::size_t first = 0; first < static_cast<std::size_t>(table.rays()); first += 8) {
+        float x[8], y[8], z[8];
+        place_directions(frame, table, first, x, y, z);
+        for (int k = 0; k < 8; ++k)
+            directions.emplace_back(x[k], y[k], z[k]);
+    }
     return directions;
+}
+
+/// Cell of a point of the unit square, divided into `columns` columns.
+int cell_of(std::uint32_t fraction, int columns) {
+    return static_cast<int>(static_cast<double>(fraction) * 0x1p-32 * columns);
 }
 
 }  // namespace
@@ -82,48 +87,82 @@ TEST_CASE("each cell of the disc has its one direction", "[embree]") {
     CHECK(distinct.size() == directions.size());
 }
 
-TEST_CASE("the points of a run of packets fill every division of the square evenly", "[embree]") {
-    const std::uint32_t key = GENERATE(0u, 1u, 0xdeadbeefu);
-    const std::uint32_t packets = GENERATE(1u, 4u, 16u);
-    const std::uint32_t first = packets * GENERATE(0u, 1u, 7u);
-    const int points = static_cast<int>(16 * packets);
-    for (int columns = 1; columns <= points; columns *= 2) {
-        const int rows = points / columns;
-        std::set<std::pair<int, int>> cells;
-        for (std::uint32_t packet = first; packet < first + packets; ++packet) {
-            float u[16], v[16];
-            tile_points(packet, key, u, v);
-            for (int k = 0; k < 16; ++k) {
-                CHECK((u[k] >= 0.0f && u[k] < 1.0f && v[k] >= 0.0f && v[k] < 1.0f));
-                cells.insert({static_cast<int>(u[k] * static_cast<float>(columns)),
-                              static_cast<int>(v[k] * static_cast<float>(rows))});
-            }
+TEST_CASE("each sub-sample has one direction in every half of a tile", "[embree]") {
+    const Tiles tiles = make_tiles(4096);
+    const RayTable table = make_ray_table(tiles, 5);
+    for (std::uint32_t sub_sample = 0; sub_sample < sub_samples; ++sub_sample) {
+        std::set<std::pair<int, int>> halves;
+        for (std::size_t ray = sub_sample; ray < 4096; ray += sub_samples) {
+            // Back from the disc to the square.
+            const double x = table.x[ray], y = table.y[ray], radius = std::hypot(x, y);
+            const bool wide = std::abs(x) > std::abs(y);
+            const double a = wide ? std::copysign(radius, x) : radius * std::atan2(x, std::abs(y)) * 4 / pi;
+            const double b = wide ? radius * std::atan2(y, std::abs(x)) * 4 / pi : std::copysign(radius, y);
+            halves.insert({static_cast<int>((a + 1) / 2 * tiles.columns), static_cast<int>((b + 1) / 2 * 2 * tiles.rows)});
         }
-        INFO(columns << " x " << rows);
-        CHECK(cells.size() == static_cast<std::size_t>(points));
+        // Rounding to float may move a ray on an outline next door.
+        CHECK(halves.size() >= 512 - 1);
     }
+}
+
+TEST_CASE("rays start evenly from all over the patch, and so do those of each sub-sample", "[embree]") {
+    const StartTable starts = make_start_table(make_tiles(4096));
+    const int packets = GENERATE(1, 2, 8, 32, 512);
+    // Squares of tiles follow each other only within a row of the table: take all of it, or what one tile holds.
+    const auto check = [](const std::vector<std::pair<std::uint32_t, std::uint32_t>>& points) {
+        const int count = static_cast<int>(points.size());
+        for (int columns = 1; columns <= count; columns *= 2) {
+            std::set<std::pair<int, int>> cells;
+            for (const auto& [u, v] : points) cells.insert({cell_of(u, columns), cell_of(v, count / columns)});
+            INFO(columns << " x " << count / columns);
+            CHECK(cells.size() == static_cast<std::size_t>(count));
+        }
+    };
+    // 16 x 16 tiles of two packets: the blocks of 2 and 8 packets are squares of 1 and 2 x 2 tiles.
+    const int side = packets == 8 ? 2 : packets == 32 ? 4 : packets == 512 ? 16 : 1;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> all;
+    std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> own(sub_samples);
+    for (int row = 0; row < side; ++row)
+        for (int column = 0; column < side; ++column)
+            for (std::size_t k = 0; k < (packets == 1 ? 8u : 16u); ++k) {
+                const std::size_t ray = static_cast<std::size_t>(16 * (16 * row + column)) + k;
+                all.emplace_back(starts.u[ray], starts.v[ray]);
+                own[k % sub_samples].push_back(all.back());
+            }
+    check(all);
+    for (const auto& points : own) check(points);
 }
 
 TEST_CASE("no cell of the tiles is bound to one part of the patch", "[embree]") {
-    // The first ray of every packet: its points must reach both halves of the patch about equally often.
-    int left = 0, low = 0;
-    for (std::uint32_t packet = 0; packet < 256; ++packet) {
-        float u[16], v[16];
-        tile_points(packet, 3, u, v);
-        left += u[0] < 0.5f;
-        low += v[0] < 0.5f;
+    // The ray of sub-sample 0 in each packet is in either half of the half tile about equally often.
+    const RayTable table = make_ray_table(make_tiles(4096), 3);
+    const Tiles tiles = make_tiles(4096);
+    int left = 0;
+    for (std::size_t ray = 0; ray < 4096; ray += 8) {
+        const double x = table.x[ray], y = table.y[ray], radius = std::hypot(x, y);
+        const double a = std::abs(x) > std::abs(y) ? std::copysign(radius, x) : radius * std::atan2(x, std::abs(y)) * 4 / pi;
+        const double within = (a + 1) / 2 * tiles.columns;
+        left += within - std::floor(within) < 0.5;
     }
-    CHECK(std::abs(left - 128) < 5 * 8);  // five standard deviations of 256 tosses
-    CHECK(std::abs(low - 128) < 5 * 8);
+    CHECK(std::abs(left - 256) < 5 * 12);  // five standard deviations of 512 tosses
 }
 
-TEST_CASE("another key gives other points and directions", "[embree]") {
-    float u[16], v[16], other_u[16], other_v[16];
-    tile_points(3, 1, u, v);
-    tile_points(3, 2, other_u, other_v);
-    CHECK(u[0] != other_u[0]);
-    CHECK(all_directions({0, 0, 1}, make_tiles(256), 1) != all_directions({0, 0, 1}, make_tiles(256), 2));
+TEST_CASE("another key gives other directions", "[embree]") {
+    CHECK(all_directions({0, 0, 1}, make_tiles(256), 0) != all_directions({0, 0, 1}, make_tiles(256), 8));
     CHECK(mix(1) != mix(2));
+}
+
+TEST_CASE("a frame keeps its normal in all of its eight positions", "[embree]") {
+    const dvec3 normal = glm::normalize(dvec3(1, -2, -3));
+    std::set<std::pair<float, float>> positions;
+    for (std::uint32_t k = 0; k < 8; ++k) {
+        const HemisphereFrame frame(normal, k);
+        CHECK(glm::distance(dvec3(frame.z), normal) < 1e-7);  // rounding to float
+        CHECK(std::abs(glm::dot(frame.x, frame.y)) < 1e-6f);
+        CHECK(std::abs(glm::dot(frame.x, frame.z)) < 1e-6f);
+        positions.insert({frame.x.x, frame.y.x});
+    }
+    CHECK(positions.size() == 8);
 }
 
 TEST_CASE("Morton numbers keep aligned blocks together", "[embree]") {
@@ -158,11 +197,11 @@ TEST_CASE("points are spread evenly over a polygon", "[embree][analytic]") {
         dvec3 mean{};
         const dvec3 normal = glm::normalize(glm::cross(polygon[1] - polygon[0], polygon.back() - polygon[0]));
         double nearest = 1.0, off_plane = 0.0;
-        for (std::uint32_t packet = 0; packet < 256; ++packet) {
-            float u[16], v[16], x[16], y[16], z[16];
-            tile_points(packet, 99, u, v);
-            sampler.place(u, v, x, y, z);
-            for (int n = 0; n < 16; ++n) {
+        const StartTable starts = make_start_table(make_tiles(4096));
+        for (std::size_t first = 0; first < 4096; first += 8) {
+            float x[8], y[8], z[8];
+            sampler.place(starts, first, {0xdeadbeefu, 0x12345678u}, x, y, z);
+            for (int n = 0; n < 8; ++n) {
                 const dvec3 p = dvec3(x[n], y[n], z[n]) - shift;
                 mean += p / 4096.0;
                 off_plane = std::max(off_plane, std::abs(glm::dot(normal, p - polygon[0])));
@@ -181,9 +220,8 @@ TEST_CASE("points are spread evenly over a polygon", "[embree][analytic]") {
 TEST_CASE("a polygon smaller than the margin is sampled at its centroid", "[embree]") {
     const std::vector<dvec3> polygon{{0, 0, 0}, {1e-5, 0, 0}, {0, 1e-5, 0}};
     const dvec3 centroid(1e-5 / 3, 1e-5 / 3, 0);
-    float u[16], v[16], x[16], y[16], z[16];
-    tile_points(0, 1, u, v);
-    PolygonSampler(polygon, centroid, 1e-4, {}).place(u, v, x, y, z);
-    for (int k = 0; k < 16; ++k)
+    float x[8], y[8], z[8];
+    PolygonSampler(polygon, centroid, 1e-4, {}).place(make_start_table(make_tiles(256)), 0, {}, x, y, z);
+    for (int k = 0; k < 8; ++k)
         CHECK(dvec3(x[k], y[k], z[k]) == dvec3(glm::vec3(centroid)));
 }

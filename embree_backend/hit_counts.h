@@ -1,0 +1,67 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/ids.h"
+#include "core/visibility.h"
+#include "embree_backend/sampling.h"
+
+namespace naturel {
+
+/// How often the rays of a row met each patch, by sub-sample. Empty between two rows; its memory is used again.
+class HitCounts {
+public:
+    /// Of a building with so many patches.
+    void reserve(std::size_t patch_count) {
+        const std::size_t blocks = (patch_count + patches_per_block - 1) / patches_per_block;
+        if (block_seen_.size() >= blocks) return;
+        hits_.resize(blocks * patches_per_block * embree_sampling::sub_samples);
+        block_seen_.resize(blocks);
+    }
+
+    /// Call before so many rays are added, one after another or by add_packet().
+    void expect(std::int64_t rays) {
+        // Small counters stay in the nearest cache.
+        if (counted_ + rays > std::int64_t{0xffff} * embree_sampling::sub_samples) make_room();
+        counted_ += rays;
+    }
+
+    void add(std::uint32_t patch, std::uint32_t sub_sample) {
+        ++hits_[std::size_t{patch} * embree_sampling::sub_samples + sub_sample];
+        block_seen_[patch / patches_per_block] = 1;
+    }
+
+    /// One patch for each sub-sample. patches: [8].
+    void add_packet(const std::uint32_t* patches) {
+        std::uint16_t* const hits = hits_.data();
+        std::uint8_t* const seen = block_seen_.data();
+        for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) {
+            ++hits[std::size_t{patches[k]} * embree_sampling::sub_samples + k];
+            seen[patches[k] / patches_per_block] = 1;
+        }
+    }
+
+    /// Root of the sum of the squares of the estimated errors, were the row to be made of the hits so far.
+    double estimate_error(std::int64_t rays);
+
+    /// Appends the patches in order, each with hits / rays and its estimated error, one standard error.
+    void move_to(FormFactorRow& row, std::int64_t rays);
+
+private:
+    static constexpr std::size_t patches_per_block = 32;
+
+    void make_room();
+    void list_touched();
+    void estimate_variances();
+
+    std::vector<std::uint16_t> hits_;       ///< [patch x sub_samples]
+    std::int64_t counted_ = 0;              ///< rays in hits_, at most
+    std::vector<std::uint32_t> moved_;      ///< [patch x sub_samples] hits that had to make room; empty while there are none
+    std::vector<std::uint8_t> block_seen_;  ///< whether any of so many neighbouring patches was met
+    std::vector<std::uint32_t> touched_;    ///< patches met, increasing
+    std::vector<float> total_, variance_;   ///< [touched]
+};
+
+}  // namespace naturel
