@@ -7,8 +7,11 @@
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 #include <set>
+#include <span>
 
 #include "cli/comparison_values.h"
 #include "cli/svg_sheet.h"
@@ -85,6 +88,7 @@ struct Axis {
     double low = 0.0, high = 1.0;
     bool logarithmic = false;
     double low_mm = 0.0, high_mm = 1.0;
+    std::vector<std::string> names{};  ///< of the values 1, 2, ..., where they are no numbers
 
     double at(double value) const {
         const double share =
@@ -94,6 +98,9 @@ struct Axis {
 
     std::vector<double> ticks() const {
         std::vector<double> values;
+        for (std::size_t k = 1; k <= names.size(); ++k)
+            values.push_back(static_cast<double>(k));
+        if (!names.empty()) return values;
         if (logarithmic) {
             const auto collect = [&](std::initializer_list<double> digits) {
                 values.clear();
@@ -137,7 +144,10 @@ void draw_axes(SvgSheet& sheet, const PaperBox& box, const Axis& x, const Axis* 
                    fmt::format("M{0} {1}V{2}", millimetres(at), millimetres(box.low_mm.y),
                                millimetres(box.high_mm.y)),
                    drawn("#dde1e5", 0.15));
-        sheet.text("small middle", {at, box.high_mm.y + 3.0}, tick_text(value));
+        // Names are long: every other one goes lower.
+        const auto place = static_cast<std::size_t>(x.names.empty() ? 0.0 : value);
+        sheet.text("small middle", {at, box.high_mm.y + (place % 2 == 0 ? 3.0 : 5.4)},
+                   x.names.empty() ? tick_text(value) : x.names[place - 1]);
     }
     if (y)
         for (const double value : y->ticks()) {
@@ -149,7 +159,9 @@ void draw_axes(SvgSheet& sheet, const PaperBox& box, const Axis& x, const Axis* 
             sheet.text("small end", {box.low_mm.x - 1.0, at + 0.8}, tick_text(value));
         }
     sheet.rectangle("", box, drawn("#56606b", 0.2));
-    sheet.text("middle", {0.5 * (box.low_mm.x + box.high_mm.x), box.high_mm.y + 7.0}, x_title);
+    sheet.text("middle",
+               {0.5 * (box.low_mm.x + box.high_mm.x), box.high_mm.y + (x.names.empty() ? 7.0 : 9.0)},
+               x_title);
     if (!y_title.empty()) sheet.text("", {box.low_mm.x, box.low_mm.y - 1.5}, y_title);
 }
 
@@ -285,8 +297,44 @@ struct MapPoint {
 struct PlanarSet {
     std::vector<MapPoint> points;
     std::array<std::string_view, 2> axes{"x", "y"};
-    double cell_m = 0.5;  ///< between neighbours
+    dvec2 cell_m{0.5};  ///< between neighbours along the axes
 };
+
+double median_of(std::vector<double> values) {
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+}
+
+/// The steps of a regular grid; else the usual distance between neighbours.
+dvec2 cell_size_m(const std::vector<MapPoint>& points) {
+    dvec2 step(0.0);
+    double places = 1.0;
+    for (int axis = 0; axis < 2; ++axis) {
+        std::set<long> values;  // 0.1 mm
+        for (const MapPoint& point : points)
+            values.insert(std::lround(1e4 * point.at[axis]));
+        std::vector<double> steps;
+        for (auto next = values.begin(), last = next++; next != values.end(); last = next++)
+            steps.push_back(1e-4 * static_cast<double>(*next - *last));
+        if (!steps.empty()) step[axis] = median_of(steps);
+        places *= static_cast<double>(values.size());
+    }
+    // A grid fills most of its rectangle: that of an L-shaped room nearly half.
+    const bool regular = static_cast<double>(points.size()) >= 0.4 * places;
+    if (regular && step.x > 0.0 && step.y > 0.0) return step;
+
+    std::vector<double> nearest;
+    for (const MapPoint& a : std::span(points).first(std::min<std::size_t>(points.size(), 500))) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const MapPoint& b : points) {
+            const double distance = glm::distance(a.at, b.at);
+            if (distance >= 1e-6) least = std::min(least, distance);
+        }
+        if (std::isfinite(least)) nearest.push_back(least);
+    }
+    const double side = nearest.empty() ? 0.5 : median_of(nearest);
+    return {regular && step.x > 0.0 ? step.x : side, regular && step.y > 0.0 ? step.y : side};
+}
 
 /// The points of a set in plan, or in elevation where they stand above one another.
 PlanarSet planar_set(const ComparisonJson& comparison, const std::string& set) {
@@ -330,19 +378,7 @@ PlanarSet planar_set(const ComparisonJson& comparison, const std::string& set) {
     for (std::size_t k = 0; k < places.size(); ++k)
         planar.points[k].at = {places[k][axes[0]], places[k][axes[1]]};
 
-    std::vector<double> nearest;
-    for (const MapPoint& a : planar.points) {
-        double least = std::numeric_limits<double>::infinity();
-        for (const MapPoint& b : planar.points) {
-            const double distance = std::hypot(a.at.x - b.at.x, a.at.y - b.at.y);
-            if (distance >= 1e-6) least = std::min(least, distance);
-        }
-        if (std::isfinite(least)) nearest.push_back(least);
-    }
-    if (!nearest.empty()) {
-        std::ranges::sort(nearest);
-        planar.cell_m = nearest[nearest.size() / 2];
-    }
+    planar.cell_m = cell_size_m(planar.points);
     return planar;
 }
 
@@ -392,7 +428,7 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
         for (const MapPoint& point : set.points) {
             const dvec2 centre{left + scale * (point.at.x - low.x), first_mm + scale * (high.y - point.at.y)};
             // 0.03 mm over the edge, or seams show between the cells.
-            const double half = 0.5 * scale * set.cell_m + 0.03;
+            const dvec2 half = 0.5 * scale * set.cell_m + 0.03;
             const Rgb8 colour =
                 panel == 2 ? diverging(point.difference_lx() / limit)
                            : scale_of_levels.colour(panel == 0 ? point.reference_lx : point.method_lx);
@@ -484,6 +520,7 @@ std::string draw_histogram(const ComparisonJson& comparison, const std::string& 
 // Convergence
 
 struct SweepPoint {
+    std::string label;  ///< the value in words, if it is one
     double value, rms_percent, seconds;
     bool pareto;
 };
@@ -491,7 +528,19 @@ struct SweepPoint {
 struct Sweep {
     std::string parameter, unit, slope;
     std::vector<SweepPoint> points;
+
+    /// Settings that are words, as the spacing of cells, have no order and no slope.
+    bool in_words() const {
+        return std::ranges::any_of(points, [](const SweepPoint& point) {
+            return !point.label.empty() &&
+                   std::string_view("0123456789.+-").find(point.label[0]) == std::string_view::npos;
+        });
+    }
 };
+
+std::string slope_text(double slope) {
+    return fmt::format("{}{:.2f}", slope < 0.0 ? "−" : "", std::abs(slope));
+}
 
 std::vector<Sweep> sweeps_of(const ComparisonJson& comparison) {
     std::vector<Sweep> sweeps;
@@ -500,15 +549,17 @@ std::vector<Sweep> sweeps_of(const ComparisonJson& comparison) {
     for (const ComparisonJson& entry : list) {
         Sweep sweep{text_below(entry, {"parameter"}), text_below(entry, {"unit"}), {}, {}};
         if (const auto slope = number_below(entry, {"slope"})) {
-            sweep.slope = fmt::format("slope {:.2f}", *slope);
+            sweep.slope = "slope " + slope_text(*slope);
             const auto low = number_below(entry, {"slope_low"}), high = number_below(entry, {"slope_high"});
-            if (low && high) sweep.slope += fmt::format(" ({:.2f} to {:.2f})", *low, *high);
+            if (low && high) sweep.slope += fmt::format(" ({} to {})", slope_text(*low), slope_text(*high));
         }
         const ComparisonJson& points = value_below(entry, {"points"});
         if (points.is_array())
             for (const ComparisonJson& point : points) {
                 const ComparisonJson& front = value_below(point, {"pareto"});
-                sweep.points.push_back({number_below(point, {"value"}).value_or(0.0),
+                std::string label = text_below(point, {"label"});
+                std::ranges::replace(label, '_', ' ');
+                sweep.points.push_back({std::move(label), number_below(point, {"value"}).value_or(0.0),
                                         number_below(point, {"rms_percent"}).value_or(0.0),
                                         number_below(point, {"seconds"}).value_or(0.0),
                                         front.is_boolean() && front.get<bool>()});
@@ -576,7 +627,8 @@ std::string draw_convergence(const ComparisonJson& comparison) {
             if (point.*abscissa > 0.0 && point.rms_percent > 0.0)
                 line += fmt::format("{}{} {}", line.empty() ? 'M' : 'L', millimetres(x.at(point.*abscissa)),
                                     millimetres(y.at(point.rms_percent)));
-        sheet.path("", line, drawn(series_colours[series % series_colours.size()], 0.3));
+        if (!sweep.in_words())
+            sheet.path("", line, drawn(series_colours[series % series_colours.size()], 0.3));
         for (const SweepPoint& point : sweep.points)
             if (point.*abscissa > 0.0 && point.rms_percent > 0.0)
                 draw_mark(sheet, series, {x.at(point.*abscissa), y.at(point.rms_percent)},
@@ -592,20 +644,28 @@ std::string draw_convergence(const ComparisonJson& comparison) {
     }
     std::string description = "Root mean square error, on logarithmic axes.";
     for (std::size_t k = 0; k < sweeps.size(); ++k) {
-        const Sweep& sweep = sweeps[k];
+        Sweep sweep = sweeps[k];
         std::vector<double> values;
-        for (const SweepPoint& point : sweep.points)
+        std::vector<std::string> names;
+        for (SweepPoint& point : sweep.points) {
             values.push_back(point.value);
-        const auto any = logarithmic_axis(values, 0.0, 1.0);
-        if (!any) continue;
+            names.push_back(point.label);
+            if (sweep.in_words()) point.value = static_cast<double>(names.size());
+        }
+        std::optional<Axis> x =
+            sweep.in_words()
+                ? Axis{.low = 0.5, .high = static_cast<double>(names.size()) + 0.5, .names = names}
+                : logarithmic_axis(values, 0.0, 1.0);
+        if (!x) continue;
         const PaperBox box = next_box();
-        const Axis x{any->low, any->high, true, box.low_mm.x, box.high_mm.x},
-            y = *logarithmic_axis(errors, box.high_mm.y, box.low_mm.y);
+        x->low_mm = box.low_mm.x;
+        x->high_mm = box.high_mm.x;
+        const Axis y = *logarithmic_axis(errors, box.high_mm.y, box.low_mm.y);
         const std::string name =
             sweep.unit.empty() ? sweep.parameter : fmt::format("{}, {}", sweep.parameter, sweep.unit);
-        draw_axes(sheet, box, x, &y, name,
+        draw_axes(sheet, box, *x, &y, name,
                   sweep.slope.empty() ? "RMS error, %" : "RMS error, %: " + sweep.slope);
-        plot(box, x, k, sweep, &SweepPoint::value);
+        plot(box, *x, k, sweep, &SweepPoint::value);
         description +=
             fmt::format(" {}: {}.", sweep.parameter, sweep.slope.empty() ? "no slope" : sweep.slope);
     }

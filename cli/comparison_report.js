@@ -17,6 +17,7 @@
   const members = new Map(sets.map((id) => [id, []]));
   points.forEach((point, index) => members.get(point.set)?.push(index));
 
+  const point_count = (id) => members.get(id)?.length || list(data.sets).find((set) => set.id === id)?.points || 0;
   const largest_set = sets.reduce((a, b) => (members.get(b).length > members.get(a).length ? b : a), sets[0]);
   const state = { set: largest_set, component: components.includes("total") ? "total" : components[0], unit: "%", difference: "total" };
 
@@ -173,6 +174,8 @@
   const reference_error = () => record(data.reference_error).sets;
   const is_resolved = (ingredient) => {
     if (ingredient.resolved === false) return false;
+    const told = record(ingredient.resolved_sets)[state.set];
+    if (state.component === "total" && typeof told === "boolean") return told;
     const own = statistics(ingredient.sets).rms_lx, band = statistics(reference_error()).rms_lx;
     return !(finite(own) && finite(band)) || own > band;
   };
@@ -250,7 +253,7 @@
       const tile = (name, value, below) => element("div", { class: "tile" }, element("dt", {}, name), element("dd", {}, value, element("small", {}, below || "\u00a0")));
       const worst = points.find((point) => point.id === total.worst_point);
       const resolved = !(finite(total.rms_lx) && finite(reference.rms_lx)) || total.rms_lx > reference.rms_lx;
-      words.textContent = `Method minus reference at the ${members.get(state.set)?.length ?? 0} points of “${state.set}”, ${component_name()} light. ` +
+      words.textContent = `Method minus reference at the ${point_count(state.set)} points of “${state.set}”, ${component_name()} light. ` +
         "Negative: the method is too dark. Per cent of the mean reference.";
       tiles.replaceChildren(
         tile("Mean", with_unit(signed(statistic(total_error(), "mean")), unit), other("mean")),
@@ -348,18 +351,28 @@
     const places = (members.get(set) || []).map((index) => [points[index].x, points[index].y, points[index].z]);
     const extent = (axis) => {
       const values = places.map((place) => place[axis]).filter(finite);
-      return values.length ? Math.max(...values) - Math.min(...values) : 0;
+      return values.reduce((a, b) => Math.max(a, b), -Infinity) - values.reduce((a, b) => Math.min(a, b), Infinity);
     };
     const flat = (axis) => extent(axis) < 1e-3;
     const axes = !flat(2) && flat(1) ? [0, 2] : !flat(2) && flat(0) ? [1, 2] : [0, 1];
     const at = places.map((place) => [place[axes[0]], place[axes[1]]]);
-    const nearest = at.map((a, k) => Math.min(...at.map((b, other) => {
-      const distance = Math.hypot(a[0] - b[0], a[1] - b[1]);
-      return other === k || distance < 1e-6 ? Infinity : distance;
-    }))).filter(finite).sort((a, b) => a - b);
-    const cell = nearest.length ? nearest[Math.floor(nearest.length / 2)] : 0.5;
-    const low = [0, 1].map((k) => Math.min(...at.map((place) => place[k])) - cell / 2);
-    const high = [0, 1].map((k) => Math.max(...at.map((place) => place[k])) + cell / 2);
+    // On a regular grid the step of each axis; elsewhere the distance between neighbours.
+    const steps = [0, 1].map((k) => {
+      const values = [...new Set(at.map((place) => Math.round(1e4 * place[k])))].sort((a, b) => a - b);
+      return { count: values.length, step: quantile(values.slice(1).map((value, n) => value - values[n]).sort((a, b) => a - b), 0.5) / 1e4 };
+    });
+    let cell = steps.map(({ step }) => step);
+    if (at.length < 0.4 * steps[0].count * steps[1].count || !cell.every(finite)) {
+      const nearest = at.slice(0, 500).map((a, k) => at.reduce((least, b, other) => {
+        const distance = Math.hypot(a[0] - b[0], a[1] - b[1]);
+        return other === k || distance < 1e-6 ? least : Math.min(least, distance);
+      }, Infinity));
+      const side = quantile(sorted(nearest), 0.5);
+      cell = cell.map((step) => (at.length >= 0.4 * steps[0].count * steps[1].count && finite(step) ? step : finite(side) ? side : 0.5));
+    }
+    const ends = (k, take) => at.reduce((found, place) => take(found, place[k]), take === Math.min ? Infinity : -Infinity);
+    const low = [0, 1].map((k) => ends(k, Math.min) - cell[k] / 2);
+    const high = [0, 1].map((k) => ends(k, Math.max) + cell[k] / 2);
     return { axes, names: axes.map((axis) => "xyz"[axis]), at, cell, low, high, elevation: axes[1] === 2 };
   };
   const layouts = new Map();
@@ -379,7 +392,8 @@
         state.difference = select.value;
         update();
       });
-      part.append(element("label", { class: "choice" }, "Difference ", select));
+      const choice = element("label", { class: "choice" }, "Difference ", select);
+      part.append(choice);
       const make = () => {
         const canvas = element("canvas", { role: "img" });
         const caption = element("figcaption"), bar = element("div", { class: "bar" }), ticks = element("div", { class: "ticks", "aria-hidden": "true" });
@@ -392,8 +406,14 @@
       part.append(maps, reading, worst_frame);
       let cursor = -1, view = { values: [], worst: [] };
 
+      const absent = nothing("The comparison holds no single values of these points: the budget above is all there is.");
+      part.append(absent);
       const paint = () => {
-        const plane = layout_of(state.set), indices = members.get(state.set) || [];
+        const indices = members.get(state.set) || [];
+        for (const piece of [maps, reading, worst_frame, choice]) piece.hidden = indices.length === 0;
+        absent.hidden = indices.length > 0;
+        if (!indices.length) return;
+        const plane = layout_of(state.set);
         const size = [0, 1].map((k) => plane.high[k] - plane.low[k]);
         for (const [k, map] of shown.entries()) {
           const width = map.canvas.parentElement.clientWidth || 300, margin = 22;
@@ -409,14 +429,14 @@
           map.to_plane = (x, y) => [plane.low[0] + (x - left) / scale, plane.high[1] - (y - top) / scale];
           pen.fillStyle = "#e9ebee";
           pen.fillRect(left, top, size[0] * scale, size[1] * scale);
-          const side = plane.cell * scale;
+          const [wide, tall] = plane.cell.map((metres) => metres * scale);
           indices.forEach((index, n) => {
             const value = view.values[k]?.[n];
             if (!finite(value)) return;
             const [x, y] = to_paper(plane.at[n]);
             pen.fillStyle = view.colour[k](value);
             // A little over the edge, or seams show between the cells.
-            pen.fillRect(x - side / 2, y - side / 2, side + 0.4, side + 0.4);
+            pen.fillRect(x - wide / 2, y - tall / 2, wide + 0.4, tall + 0.4);
           });
           pen.strokeStyle = soft;
           pen.lineWidth = 1;
@@ -464,7 +484,7 @@
               const [x, y] = to_paper(plane.at[cursor]);
               pen.strokeStyle = colour;
               pen.lineWidth = thickness;
-              pen.strokeRect(x - side / 2, y - side / 2, side, side);
+              pen.strokeRect(x - wide / 2, y - tall / 2, wide, tall);
             }
           }
         }
@@ -490,7 +510,7 @@
         const follow = (event) => {
           const box = map.canvas.getBoundingClientRect(), plane = layout_of(state.set);
           const [x, y] = map.to_plane(event.clientX - box.left, event.clientY - box.top);
-          let best = -1, least = plane.cell;
+          let best = -1, least = Math.max(...plane.cell);
           plane.at.forEach((place, n) => {
             const distance = Math.hypot(place[0] - x, place[1] - y);
             if (distance < least) [best, least] = [n, distance];
@@ -527,6 +547,7 @@
         select.replaceChildren(...options.map(([value, name]) => element("option", { value }, name)));
         select.value = state.difference;
         const indices = members.get(state.set) || [], difference = chosen_difference();
+        if (!indices.length) return paint();
         const reference = indices.map(reference_at), method = indices.map(method_at);
         const deltas_lx = indices.map(difference[2]), deltas = indices.map((index, n) => in_unit(deltas_lx[n], index));
         const levels = sorted([...reference, ...method]), largest = round_up(levels.at(-1) || 0);
@@ -592,6 +613,8 @@
     part.append(element("div", { class: "two" }, histogram.figure, frame));
     updates.push(() => {
       const indices = members.get(state.set) || [], difference = chosen_difference();
+      part.hidden = indices.length === 0;
+      if (part.hidden) return;
       const ordered = sorted(indices.map((index) => in_unit(difference[2](index), index)));
       const sizes = sorted(ordered.map(Math.abs));
       const unit = state.unit === "%" ? "% of the reference at the point" : "lx";
@@ -632,14 +655,16 @@
       "The row sum of a patch in a closed room is 1; light through windows and what the projection leaves out is missing. The reciprocity gap is how far AᵢFᵢⱼ and AⱼFⱼᵢ differ.");
     const row_sums = record(factors.row_sums), gap = record(factors.reciprocity_gap);
     const sums = (name) => record(row_sums[name]);
-    const lines = ["mean", "min", "max"].filter((name) => finite(sums("reference")[name]) || finite(sums("method")[name]))
-      .map((name) => ({ cells: [`Row sum, ${{ mean: "mean", min: "least", max: "largest" }[name]}`, number(sums("reference")[name], 5), number(sums("method")[name], 5)] }));
-    if (finite(gap.reference) || finite(gap.method)) lines.push({ cells: ["Reciprocity gap", number(gap.reference), number(gap.method)] });
+    const ways = ["reference", "again", "method"].filter((way) => Object.keys(sums(way)).length || finite(gap[way]));
+    const lines = ["mean", "min", "max"].filter((name) => ways.some((way) => finite(sums(way)[name])))
+      .map((name) => ({ cells: [`Row sum, ${{ mean: "mean", min: "least", max: "largest" }[name]}`, ...ways.map((way) => number(sums(way)[name], 5))] }));
+    if (ways.some((way) => finite(gap[way]))) lines.push({ cells: ["Reciprocity gap", ...ways.map((way) => number(gap[way]))] });
     const two = element("div", { class: "two" });
-    if (lines.length) two.append(table("Quality of the form factors", [{ head: "Figure" }, { head: "Reference" }, { head: "Method" }], lines));
+    if (lines.length) two.append(table("Quality of the form factors", [{ head: "Figure" }, ...ways.map((way) => ({ head: { reference: "Reference", again: "Reference again", method: "Method" }[way] }))], lines));
     const differences_of = [["Form factors, RMS", number(factors.rms)],
       ["Form factors, RMS weighted by the light they carry", number(factors.weighted_rms)],
-      ["Form factors, mean weighted likewise", signed(factors.weighted_mean)],
+      ["Share of the light exchanged that goes astray", with_unit(number(100 * factors.weighted_size), "%")],
+      ["Light exchanged, too much or too little", with_unit(signed(100 * factors.weighted_mean), "%")],
       ["Exitance of patches, mean", with_unit(signed(exitance.mean_percent), "%")],
       ["Exitance of patches, RMS", with_unit(number(exitance.rms_percent), "%")],
       ["Exitance of patches, worst", with_unit(signed(exitance.worst_percent), "%")]].filter(([, text]) => text !== "–");
@@ -647,9 +672,10 @@
     part.append(two);
     const pairs = list(factors.worst_pairs);
     if (pairs.length) {
-      part.append(table("Worst pairs of patches", [{ head: "Pair" }, { head: "From patch", words: true }, { head: "at, m" }, { head: "To patch", words: true }, { head: "at, m" }, { head: "Reference" }, { head: "Method" }, { head: "Difference" }, { head: "%" }],
+      const flux = pairs.some((pair) => finite(pair.flux_lm));
+      part.append(table("Worst pairs of patches", [{ head: "Pair" }, { head: "From patch", words: true }, { head: "at, m" }, { head: "To patch", words: true }, { head: "at, m" }, { head: "Reference" }, { head: "Method" }, { head: "Difference" }, { head: "%" }, ...(flux ? [{ head: "Light, lm" }] : [])],
         pairs.map((pair, k) => ({ cells: [`${k + 1}`, `${pair.from_face ?? ""} #${pair.from}`, place_text(pair.from_m), `${pair.to_face ?? ""} #${pair.to}`, place_text(pair.to_m),
-          number(pair.reference), number(pair.method), signed(minus(pair.method, pair.reference)), pair.reference > 0 ? signed((100 * minus(pair.method, pair.reference)) / pair.reference) : "–"] }))));
+          number(pair.reference), number(pair.method), signed(minus(pair.method, pair.reference)), pair.reference > 0 ? signed((100 * minus(pair.method, pair.reference)) / pair.reference) : "–", ...(flux ? [signed(pair.flux_lm)] : [])] }))));
       const ends = pairs.filter((pair) => list(pair.from_m).length > 1 && list(pair.to_m).length > 1);
       if (ends.length) {
         const all = [...ends.flatMap((pair) => [pair.from_m, pair.to_m]), ...points.map((point) => [point.x, point.y])].filter(([x, y]) => finite(x) && finite(y));
@@ -682,7 +708,7 @@
   const sweeps = list(data.sweeps).filter((sweep) => list(sweep.points).length);
   if (sweeps.length) {
     const part = section("convergence", "Convergence: error against cost",
-      "One setting is varied at a time, all else as in the method; both axes are logarithmic. Large marks with a dark ring are on the Pareto front of their sweep: no setting there is both quicker and better. Whiskers: spread of the time measured.");
+      "One setting is varied at a time, all else as in the method; both axes are logarithmic. Large marks with a dark ring are on the Pareto front: nothing tried is both quicker and better. Whiskers: spread of the time measured.");
     const whiskers = {
       id: "whiskers",
       beforeDatasetsDraw({ ctx, data: { datasets }, scales: { x, y }, chartArea: area }) {
@@ -723,6 +749,9 @@
       };
     };
     const name_of = (sweep) => sweep.parameter + (sweep.unit ? `, ${sweep.unit}` : "");
+    const label_of = (spot) => (typeof spot.label === "string" && spot.label !== "" ? spot.label : plain(spot.value));
+    /** Settings that are words, as the spacing of cells. */
+    const in_words = (sweep) => sweep.points.some((spot) => typeof spot.label === "string" && !/^[-+]?[0-9.]/.test(spot.label));
     const usable = (spot, abscissa) => spot[abscissa] > 0 && spot.rms_percent > 0;
     const cost = plot("cost", "All sweeps: error against time");
     part.append(cost.figure);
@@ -732,7 +761,7 @@
       cost.draw("Error against time for every sweep; the tables below hold the values", {
         type: "scatter",
         data: { datasets: sweeps.map((sweep, k) => ({
-          label: sweep.parameter, showLine: true, borderColor: series_colours[k % 6], borderWidth: 1.2,
+          label: sweep.parameter, showLine: !in_words(sweep), borderColor: series_colours[k % 6], borderWidth: 1.2,
           pointStyle: series_marks[k % 6], pointBackgroundColor: series_colours[k % 6],
           pointBorderColor: timed[k].map((spot) => (spot.pareto ? "#111" : series_colours[k % 6])), pointBorderWidth: timed[k].map((spot) => (spot.pareto ? 2 : 1)),
           pointRadius: timed[k].map((spot) => (spot.pareto ? 7 : 4)), pointHoverRadius: 8,
@@ -742,7 +771,7 @@
           scales: { x: log_axis("time, s", flat.flatMap((spot) => [spot.seconds, spot.seconds_low, spot.seconds_high].filter(finite))), y: log_axis("RMS error, %", flat.map((spot) => spot.rms_percent)) },
           plugins: {
             legend: { position: "bottom", labels: { usePointStyle: true, color: ink } },
-            tooltip: { callbacks: { label: (item) => `${item.dataset.label} ${plain(item.raw.spot.value)}: ${number(item.raw.y)} % in ${number(item.raw.x)} s${item.raw.spot.pareto ? ", Pareto front" : ""}` } },
+            tooltip: { callbacks: { label: (item) => `${item.dataset.label} ${label_of(item.raw.spot)}: ${number(item.raw.y)} % in ${number(item.raw.x)} s${item.raw.spot.pareto ? ", Pareto front" : ""}` } },
           },
         },
         plugins: [whiskers],
@@ -758,6 +787,20 @@
         (finite(sweep.slope_low) && finite(sweep.slope_high) ? ` (95 %: ${power(sweep.slope_low)} to ${power(sweep.slope_high)})` : "");
       target.caption.replaceChildren(name_of(sweep) + " ", element("span", {}, slope));
       grid.append(target.figure);
+      if (in_words(sweep)) {
+        const bars = (name, colour) => ({ label: name === "rms_percent" ? "RMS" : "95 % of points within", data: sweep.points.map((spot) => spot[name]), backgroundColor: colour });
+        target.caption.replaceChildren(name_of(sweep));
+        target.draw(`Error by ${name_of(sweep)}. ${sweep.points.map((spot) => `${label_of(spot)}: ${number(spot.rms_percent)} %`).join("; ")}`, {
+          type: "bar",
+          data: { labels: sweep.points.map((spot) => label_of(spot).replaceAll("_", " ")), datasets: [bars("rms_percent", blue), bars("p95_percent", vermilion)] },
+          options: {
+            indexAxis: "y",
+            scales: { x: { beginAtZero: true, title: { display: true, text: "error, %", color: ink }, ticks: { callback: (value) => plain(value) } }, y: { grid: { display: false }, ticks: { color: ink } } },
+            plugins: { legend: { position: "bottom", labels: { color: ink, boxWidth: 14 } }, tooltip: { callbacks: { label: (item) => `${item.dataset.label}: ${number(item.raw)} %` } } },
+          },
+        });
+        return;
+      }
       if (!spots.length) return target.figure.append(nothing("No point can be drawn on logarithmic axes."));
       const mean = (values) => values.reduce((sum, value) => sum + Math.log10(value), 0) / values.length;
       const datasets = [
@@ -783,7 +826,7 @@
       });
     });
     part.append(details("Values of the sweeps", ...sweeps.map((sweep) => table(name_of(sweep), [{ head: sweep.parameter }, { head: "RMS, %" }, { head: "95 %, %" }, { head: "Time, s" }, { head: "from" }, { head: "to" }, { head: "Pareto front" }],
-      sweep.points.map((spot) => ({ cells: [plain(spot.value), number(spot.rms_percent), number(spot.p95_percent), number(spot.seconds), number(spot.seconds_low), number(spot.seconds_high), spot.pareto ? "yes" : "no"] }))))));
+      sweep.points.map((spot) => ({ cells: [label_of(spot), number(spot.rms_percent), number(spot.p95_percent), number(spot.seconds), number(spot.seconds_low), number(spot.seconds_high), spot.pareto ? "yes" : "no"] }))))));
   }
 
   // Pictures
@@ -812,10 +855,11 @@
   // Data
 
   if (points.length) {
-    const part = section("data", "Data", "The same values as in comparison.json and the CSV files beside this page.");
+    const part = section("data", "Data", "All values are in comparison.json and the CSV files beside this page, too.");
     const frame = element("div");
     const made = details("Every point of the sensors shown", frame);
     const fill = () => {
+      part.hidden = !members.get(state.set)?.length;
       if (!made.open) return frame.replaceChildren();
       const difference = chosen_difference();
       frame.replaceChildren(table(`Points of “${state.set}”, ${component_name()}, lx`, [{ head: "Point" }, { head: "x, y, z, m" }, { head: "Reference" }, { head: "Method" }, { head: "Method − reference" }, { head: "Again − reference" },

@@ -79,6 +79,8 @@ std::string largest_set(const ComparisonJson& comparison) {
 bool is_resolved(const ComparisonJson& comparison, const ComparisonJson& ingredient, const std::string& set) {
     const ComparisonJson& flag = value_below(ingredient, {"resolved"});
     if (flag.is_boolean() && !flag.get<bool>()) return false;
+    const ComparisonJson& told = value_below(ingredient, {"resolved_sets", set});
+    if (told.is_boolean()) return told.get<bool>();
     const auto own = number_below(ingredient, {"sets", set, "total", "rms_lx"});
     const auto band = number_below(comparison, {"reference_error", "sets", set, "total", "rms_lx"});
     return !own || !band || *own > *band;
