@@ -62,18 +62,18 @@ double colour_difference(const Lab& first, const Lab& second) {
 
     const double t = 1.0 - 0.17 * std::cos(mean_hue - 30.0 * degree) + 0.24 * std::cos(2.0 * mean_hue) +
                      0.32 * std::cos(3.0 * mean_hue + 6.0 * degree) -
-                     0.20 * std::cos(4.0 * mean_hue - 63.0 * degree);                  // [15]
+                     0.20 * std::cos(4.0 * mean_hue - 63.0 * degree);  // [15]
     const double from_50 = square(mean_l - 50.0);
-    const double scale_l = 1.0 + 0.015 * from_50 / std::sqrt(20.0 + from_50);           // [18]
-    const double scale_c = 1.0 + 0.045 * mean_c;                                        // [19]
-    const double scale_h = 1.0 + 0.015 * mean_c * t;                                    // [20]
+    const double scale_l = 1.0 + 0.015 * from_50 / std::sqrt(20.0 + from_50);                   // [18]
+    const double scale_c = 1.0 + 0.045 * mean_c;                                                // [19]
+    const double scale_h = 1.0 + 0.015 * mean_c * t;                                            // [20]
     const double turn = 60.0 * degree * std::exp(-square((mean_hue / degree - 275.0) / 25.0));  // 2 [16]
-    const double rotation = -2.0 * saturation(mean_c) * std::sin(turn);                 // [21]
+    const double rotation = -2.0 * saturation(mean_c) * std::sin(turn);                         // [21]
 
     const double l = (second.L - first.L) / scale_l;
     const double c = (c2 - c1) / scale_c;
-    const double h = 2.0 * std::sqrt(c1 * c2) * std::sin(0.5 * hue_step) / scale_h;    // [11]
-    return std::sqrt(std::max(0.0, l * l + c * c + h * h + rotation * c * h));          // [22]
+    const double h = 2.0 * std::sqrt(c1 * c2) * std::sin(0.5 * hue_step) / scale_h;  // [11]
+    return std::sqrt(std::max(0.0, l * l + c * c + h * h + rotation * c * h));       // [22]
 }
 
 }  // namespace naturel

@@ -10,11 +10,13 @@ struct Lab {
 };
 
 /// L*a*b* to an eye that takes `white` for white. Both in the same unit; white: X, Y, Z above 0.
-/// Below the knee of the cube root, straight lines with the exact constants 216/24389 and 24389/27 (ISO/CIE 11664-4).
+/// Below the knee of the cube root, straight lines with the exact constants 216/24389 and 24389/27 (ISO/CIE
+/// 11664-4).
 Lab lab_from_xyz(const glm::dvec3& xyz, const glm::dvec3& white);
 
 /// CIEDE2000 colour difference, parametric factors 1; 1 is about what is just seen side by side.
-/// Source: G. Sharma, W. Wu, E. N. Dalal, Color Research and Application 30 (2005) 21, with their rules for the mean hue.
+/// Source: G. Sharma, W. Wu, E. N. Dalal, Color Research and Application 30 (2005) 21, with their rules for
+/// the mean hue.
 double colour_difference(const Lab& a, const Lab& b);
 
 }  // namespace naturel

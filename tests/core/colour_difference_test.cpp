@@ -41,7 +41,8 @@ TEST_CASE("CIEDE2000 gives the published differences", "[core][colour][colour_di
     REQUIRE(pairs.size() == 34);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         INFO("pair " << k + 1);
-        CHECK_THAT(colour_difference(pairs[k].first, pairs[k].second), WithinAbs(pairs[k].difference, 0.51e-4));  // four decimals
+        CHECK_THAT(colour_difference(pairs[k].first, pairs[k].second),
+                   WithinAbs(pairs[k].difference, 0.51e-4));  // four decimals
     }
 }
 
@@ -58,13 +59,15 @@ TEST_CASE("a colour difference is the same from either side, and nothing between
     }
 }
 
-TEST_CASE("a small difference in lightness alone follows the weight of lightness", "[core][colour][colour_difference]") {
+TEST_CASE("a small difference in lightness alone follows the weight of lightness",
+          "[core][colour][colour_difference]") {
     for (const double lightness : {0.0, 20.0, 50.0, 80.0, 100.0}) {
         INFO("L* " << lightness);
         const double off = (lightness - 50.0) * (lightness - 50.0);
         const double weight = 1.0 + 0.015 * off / std::sqrt(20.0 + off);
         constexpr double step = 1e-4;  // the weight changes by less than 2e-6 over it
-        const double difference = colour_difference({lightness - step / 2, 0, 0}, {lightness + step / 2, 0, 0});
+        const double difference =
+            colour_difference({lightness - step / 2, 0, 0}, {lightness + step / 2, 0, 0});
         CHECK_THAT(difference, WithinRel(step / weight, 1e-5));
     }
 }
