@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cli/check.h"
+#include "cli/compare.h"
 #include "cli/formfactors.h"
 #include "cli/options.h"
 #include "cli/run.h"
@@ -50,6 +51,12 @@ ExitCode execute(const FormFactorsOptions& options) {
     TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
     write_form_factors(options, progress);
     return ExitCode::done;
+}
+
+ExitCode execute(const CompareOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    return compare(options, progress);
 }
 
 ExitCode execute(const ZonesOptions& options) {

@@ -219,6 +219,43 @@ void add_form_factor_repair(CLI::App& app, FormFactorRepair& repair, const char*
 }
 
 /// The options of every backend, and the seed that they share.
+constexpr auto hemicube_group = "Backend hemicube";
+
+CLI::Option* add_cells(CLI::App& app, HemicubeOptions& hemicube) {
+    return app
+        .add_option("--cells", hemicube.resolution, "cells along a side of the square or of the top of the hemi-cube")
+        ->type_name("N")
+        ->check(within(1, 4096))
+        ->group(hemicube_group);
+}
+
+/// What no preset chooses.
+void add_projection_options(CLI::App& app, HemicubeOptions& hemicube) {
+    add_choice(app, "--projection", hemicube.surface, projection_surfaces,
+               "surface the scene is projected on")
+        ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
+        ->group(hemicube_group);
+    app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
+        ->type_name("X")
+        ->check(half_side())
+        ->group(hemicube_group);
+    add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
+        ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
+        ->group(hemicube_group);
+    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
+        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
+        ->group(hemicube_group);
+    app.add_option("--viewpoints", hemicube.viewpoints,
+                   "points of a patch from which its form factors are taken; 1: its centroid")
+        ->type_name("N")
+        ->check(within(1, 4096))
+        ->group(hemicube_group);
+    app.add_flag_callback(
+           "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
+           "do not turn the projection by a random angle about the normal")
+        ->group(hemicube_group);
+}
+
 void add_backend_options(CLI::App& app, BackendOptions& backends, std::uint64_t& seed, AccuracyOptions& accuracy) {
     app.add_option("--seed", seed, "seed of every random choice")->type_name("N")->check(whole_number());
 
@@ -253,38 +290,9 @@ void add_backend_options(CLI::App& app, BackendOptions& backends, std::uint64_t&
         ->check(ray_count())
         ->group(embree_group);
 
-    constexpr auto hemicube_group = "Backend hemicube";
-    HemicubeOptions& hemicube = backends.hemicube;
-    add_choice(app, "--projection", hemicube.surface, projection_surfaces,
-               "surface the scene is projected on")
-        ->default_str(std::string(name_of(projection_surfaces, hemicube.surface)))
-        ->group(hemicube_group);
     accuracy
-        .add(app.add_option("--cells", hemicube.resolution,
-                            "cells along a side of the square or of the top of the hemi-cube"),
-             hemicube.resolution, &QualityPreset::cells)
-        ->type_name("N")
-        ->check(within(1, 4096))
-        ->group(hemicube_group);
-    app.add_option("--half-side-over-height", hemicube.half_side_over_height, "d/h of the single plane")
-        ->type_name("X")
-        ->check(half_side())
-        ->group(hemicube_group);
-    add_choice(app, "--spacing", hemicube.spacing, cell_spacings, "cells of the single plane")
-        ->default_str(std::string(name_of(cell_spacings, hemicube.spacing)))
-        ->group(hemicube_group);
-    add_choice(app, "--rim", hemicube.rim, rim_shares, "light that passes below the rim of the single plane")
-        ->default_str(std::string(name_of(rim_shares, hemicube.rim)))
-        ->group(hemicube_group);
-    app.add_option("--viewpoints", hemicube.viewpoints,
-                   "points of a patch from which its form factors are taken; 1: its centroid")
-        ->type_name("N")
-        ->check(within(1, 4096))
-        ->group(hemicube_group);
-    app.add_flag_callback(
-           "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
-           "do not turn the projection by a random angle about the normal")
-        ->group(hemicube_group);
+        .add(add_cells(app, backends.hemicube), backends.hemicube.resolution, &QualityPreset::cells);
+    add_projection_options(app, backends.hemicube);
 }
 
 void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
@@ -429,6 +437,33 @@ void finish(const CLI::App& command, const AccuracyOptions& accuracy, Options& o
     }
 }
 
+void add_compare_options(CLI::App& app, CompareOptions& options) {
+    add_scene(app, options.scene);
+    add_quality(app, options.quality, "lays the grid of this quality where the scene asks for none");
+    app.add_option("--out", options.out, "folder for comparison.json, tables, figures and report.html")->type_name("DIR");
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
+    add_choice(app, "--direct", options.direct_method, direct_methods, "how the method under study computes direct illuminance")
+        ->default_str(std::string(name_of(direct_methods, options.direct_method)));
+    add_choice(app, "--node-irc", options.node_indirect, indirect_methods,
+               "how its interreflected light reaches nodes; sensors gather")
+        ->default_str(std::string(name_of(indirect_methods, options.node_indirect)));
+    add_form_factor_repair(app, options.repair, "Options");
+    app.add_option("--reference-tolerance", options.reference_tolerance,
+                   "relative error aimed at for the direct light of the reference")
+        ->type_name("X")
+        ->check(within(1e-6, 0.1));
+    app.add_flag_callback("--no-sweeps", [&options] { options.sweeps = false; },
+                          "do not vary cells, d/h, spacing, viewpoints and rays");
+    app.add_option("--repeat", options.repeats, "times each cost is measured")->type_name("N")->check(within(1, 99));
+    add_cells(app, options.backends.hemicube);
+    add_projection_options(app, options.backends.hemicube);
+    app.add_flag_callback("--random-rotation", [&options] { options.backends.hemicube.random_rotation = true; },
+                          "turn the projection by a random angle about the normal")
+        ->group(hemicube_group);
+}
+
 /// An option that says what a scene's key would say.
 struct DescriptionOption {
     const char* name;
@@ -509,12 +544,19 @@ void add_sky_options(CLI::App& app, SkyOptions& options) {
 
 }  // namespace
 
-std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOptions, SkyOptions> parse_command_line(
+std::vector<std::pair<std::string, std::string>> CompareOptions::words() const {
+    return {{"direct", std::string(name_of(direct_methods, direct_method))},
+            {"node_irc", std::string(name_of(indirect_methods, node_indirect))},
+            {"form_factor_repair", std::string(name_of(form_factor_repairs, repair))}};
+}
+
+std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
     int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
     FormFactorsOptions form_factors;
-    run.threads = zones.threads = form_factors.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    CompareOptions compare;
+    run.threads = zones.threads = form_factors.threads = compare.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
     std::uint64_t seed = run.backends.embree.seed;
     CheckOptions check;
 
@@ -538,6 +580,9 @@ std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOption
         app.add_subcommand("formfactors", "write the form factors of a scene with their errors, and nothing else");
     AccuracyOptions form_factors_accuracy;
     add_form_factors_options(*form_factors_command, form_factors, seed, form_factors_accuracy);
+    CLI::App* compare_command =
+        app.add_subcommand("compare", "find what the projection costs in accuracy, ingredient by ingredient");
+    add_compare_options(*compare_command, compare);
     CLI::App* zones_command = app.add_subcommand(
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
@@ -555,8 +600,8 @@ std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOption
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, formfactors, zones, sky)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, zones, sky)",
+                    ? "missing command (known: run, check, formfactors, compare, zones, sky)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, zones, sky)",
                                   app.remaining().front()));
         finish(*run_command, accuracy, run, seed);
         finish(*check_command, check_accuracy, check, seed);
@@ -566,6 +611,7 @@ std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOption
     }
     if (check_command->parsed()) return check;
     if (form_factors_command->parsed()) return form_factors;
+    if (compare_command->parsed()) return compare;
     if (zones_command->parsed()) return zones;
     if (sky_command->parsed()) return sky;
     return run;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "cli/backends.h"
 #include "cli/exit_codes.h"
@@ -72,6 +73,27 @@ struct FormFactorsOptions {
     std::optional<double> grid_spacing_m;  ///< replaces what the scene file says
 };
 
+/// `naturel compare SCENE`: the method under study is a projection, by default the article's.
+struct CompareOptions {
+    std::filesystem::path scene;
+    std::filesystem::path out = "study";
+    int threads = 1;  ///< as RunOptions::threads
+    bool quiet = false;
+    QualityPreset quality = normal_quality;  ///< whose grid is laid where the scene asks for none
+    BackendOptions backends{.hemicube = {.surface = ProjectionSurface::single_plane, .resolution = 128, .random_rotation = false},
+                            .embree = {}};
+    DirectMethod direct_method = DirectMethod::article;
+    IndirectMethod node_indirect = IndirectMethod::patch;
+    FormFactorRepair repair = FormFactorRepair::none;
+    double reference_tolerance = 1e-4;  ///< of the direct light of the reference
+    bool sweeps = true;
+    int repeats = 3;  ///< of every time that is measured
+    std::optional<double> grid_spacing_m;  ///< replaces what the scene file says
+
+    /// What of the method is no option of its backend, in words.
+    std::vector<std::pair<std::string, std::string>> words() const;
+};
+
 /// `naturel zones SCENE`
 struct ZonesOptions {
     std::filesystem::path scene;
@@ -97,7 +119,7 @@ struct SkyOptions {
 
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, ZonesOptions, SkyOptions> parse_command_line(
+std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
     int argc, const char* const* argv);
 
 }  // namespace naturel

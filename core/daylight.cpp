@@ -115,24 +115,7 @@ std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& buildi
 LightBySource gather(const Visibility& visibility, const GatherPoint& point, std::span<const LightBySource> exitance_lm_m2,
                      FormFactorRepair repair, FormFactorRow& row) {
     visibility.gather_row(point, row);
-    LightBySource sum;
-    for (std::size_t k = 0; k < row.patches.size(); ++k) sum += row.values[k] * exitance_lm_m2[index(row.patches[k])];
-    // As the rows of the form factors: what the method does not look at is taken to be like the rest.
-    return repair == FormFactorRepair::none || row.truncated >= 1.0 ? sum : 1.0 / (1.0 - row.truncated) * sum;
-}
-
-// IRC of each node as the article has it: the mean of the patches that meet there, weighted by their area.
-std::vector<LightBySource> node_means(const PatchGrid& grid, std::span<const LightBySource> patch_values) {
-    std::vector<LightBySource> sums(grid.nodes.size());
-    std::vector<double> areas(grid.nodes.size(), 0.0);
-    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
-        for (const NodeId node : grid.corners_of(make_id<PatchId>(p))) {
-            sums[index(node)] += grid.patches[p].area_m2 * patch_values[p];
-            areas[index(node)] += grid.patches[p].area_m2;
-        }
-    }
-    for (std::size_t n = 0; n < sums.size(); ++n) sums[n] = 1.0 / areas[n] * sums[n];
-    return sums;
+    return collect(row, exitance_lm_m2, repair);
 }
 
 /// Finds the patches that sensors lie on.
@@ -175,9 +158,107 @@ private:
 
 }  // namespace
 
-DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
-                                  const Visibility& visibility, const DaylightOptions& options, Progress& told) {
-    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), told);
+std::vector<LightBySource> mean_of_patches_at_nodes(const PatchGrid& grid, std::span<const LightBySource> patch_values) {
+    std::vector<LightBySource> sums(grid.nodes.size());
+    std::vector<double> areas(grid.nodes.size(), 0.0);
+    for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
+        for (const NodeId node : grid.corners_of(make_id<PatchId>(p))) {
+            sums[index(node)] += grid.patches[p].area_m2 * patch_values[p];
+            areas[index(node)] += grid.patches[p].area_m2;
+        }
+    }
+    for (std::size_t n = 0; n < sums.size(); ++n) sums[n] = 1.0 / areas[n] * sums[n];
+    return sums;
+}
+
+LightBySource collect(const FormFactorRow& row, std::span<const LightBySource> exitance_lm_m2, FormFactorRepair repair) {
+    LightBySource sum;
+    for (std::size_t k = 0; k < row.patches.size(); ++k) sum += row.values[k] * exitance_lm_m2[index(row.patches[k])];
+    // As the rows of the form factors: what the method does not look at is taken to be like the rest.
+    return repair == FormFactorRepair::none || row.truncated >= 1.0 ? sum : 1.0 / (1.0 - row.truncated) * sum;
+}
+
+DirectSolution compute_direct_light(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                    const Visibility& visibility, Progress& progress) {
+    DirectSolution solution{.outdoors = light_outdoors(scene, building, grid, visibility, progress)};
+    const DirectLight direct(scene, building, grid, solution.outdoors, visibility);
+
+    solution.nodes.resize(grid.nodes.size());
+    parallel_stage("direct light at nodes", grid.nodes.size(), 8, progress, [&](std::size_t n) {
+        const Node& node = grid.nodes[n];
+        const GatherPoint point{node.gather_position_m, building.faces[index(node.face)].normal};
+        DirectIlluminance& light = solution.nodes[n];
+        if (!grid.follows_zones) {
+            light = direct.at(point);
+        } else if (!node.umbra) {
+            light = direct.without_sun(point);
+            if (node.sunspot != no_sunspot) light.sun_lx = grid.sunspot_illuminance_lx[node.sunspot];
+        }
+    });
+
+    // Patches: the mean of their nodes, but for the sun, whose edges run through the patches of a grid without zones.
+    solution.patch_components.resize(grid.gather_patch_count);
+    parallel_stage("direct light on patches", grid.indoor_patch_count, 16, progress, [&](std::size_t p) {
+        const auto id = make_id<PatchId>(p);
+        const Patch& patch = grid.patches[p];
+        DirectIlluminance& mean = solution.patch_components[p];
+        const auto corners = grid.corners_of(id);
+        const std::vector<double> weights = mean_weights(grid.polygon_of(id), patch.centroid_m, patch.normal);
+        for (std::size_t k = 0; k < corners.size(); ++k) {
+            const DirectIlluminance& corner = solution.nodes[index(corners[k])];
+            mean.sky_lx += weights[k] * corner.sky_lx;
+            mean.outdoor_lx += weights[k] * corner.outdoor_lx;
+            mean.ground_lx += weights[k] * corner.ground_lx;
+        }
+        if (grid.follows_zones) {
+            if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];
+        } else if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
+            const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+            std::vector<Band3> sun_lx(samples.positions_m.size());
+            direct.sun_at(samples.positions_m, patch.normal, sun_lx);
+            for (std::size_t k = 0; k < sun_lx.size(); ++k) mean.sun_lx += samples.shares[k] * sun_lx[k];
+        }
+    });
+    for (const DirectIlluminance& components : solution.patch_components)
+        solution.patch_direct_lx.push_back(components.by_source());
+
+    // Panes send some of the direct light that falls on them back into the room; the rest is lost to the room, or has been
+    // followed through them already.
+    const std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
+    solution.pane_exitance_lm_m2.resize(grid.gather_patch_count - grid.indoor_patch_count);
+    parallel_stage("direct light on panes", grid.gather_patch_count - grid.indoor_patch_count, 4, progress, [&](std::size_t k) {
+        const std::size_t p = grid.indoor_patch_count + k;
+        if (largest(optics[p].reflectance) <= 0.0) return;
+        solution.pane_exitance_lm_m2[k] = optics[p].reflectance * light_on_pane(direct, grid, make_id<PatchId>(p));
+    });
+    return solution;
+}
+
+RadiositySolution compute_interreflection(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                          const FormFactors& form_factors, const DirectSolution& direct,
+                                          const RadiosityOptions& options, Progress& progress) {
+    std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
+    std::vector<double> area_m2;
+    for (std::size_t p = 0; p < grid.gather_patch_count; ++p) {
+        area_m2.push_back(grid.patches[p].area_m2);
+        if (p >= grid.indoor_patch_count && largest(optics[p].reflectance) > 0.0)
+            optics[p].exitance_lm_m2 = direct.pane_exitance_lm_m2[p - grid.indoor_patch_count];
+    }
+    return solve_radiosity(form_factors, area_m2, optics, direct.patch_direct_lx, options, progress);
+}
+
+std::vector<LightBySource> indirect_on_nodes(const Building& building, const PatchGrid& grid, const Visibility& visibility,
+                                             const RadiositySolution& radiosity, const DaylightOptions& options,
+                                             Progress& progress) {
+    if (options.node_indirect == IndirectMethod::patch) return mean_of_patches_at_nodes(grid, radiosity.indirect_illuminance_lx);
+    std::vector<LightBySource> indirect_lx(grid.nodes.size());
+    ThreadScratch<FormFactorRow> scratch;
+    parallel_stage("gathering at nodes", grid.nodes.size(), 4, progress, [&](std::size_t n) {
+        const Node& node = grid.nodes[n];
+        indirect_lx[n] = gather(visibility, {node.gather_position_m, building.faces[index(node.face)].normal},
+                                radiosity.exitance_lm_m2, options.form_factors.repair, scratch.local());
+    });
+    return indirect_lx;
 }
 
 std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Building& building, const PatchGrid& grid,
@@ -210,81 +291,27 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
 }
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                  const Visibility& visibility, const DaylightOptions& options, Progress& told) {
+    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), told);
+}
+
+DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
                                   const Visibility& visibility, const DaylightOptions& options,
                                   std::vector<Sensor> sensors, Progress& told) {
     StageTimes progress(told);
-    DaylightSolution solution{.outdoors = light_outdoors(scene, building, grid, visibility, progress)};
-    const DirectLight direct(scene, building, grid, solution.outdoors, visibility);
-
-    solution.nodes.resize(grid.nodes.size());
-    parallel_stage("direct light at nodes", grid.nodes.size(), 8, progress, [&](std::size_t n) {
-        const Node& node = grid.nodes[n];
-        const GatherPoint point{node.gather_position_m, building.faces[index(node.face)].normal};
-        DirectIlluminance& light = solution.nodes[n].direct;
-        if (!grid.follows_zones) {
-            light = direct.at(point);
-        } else if (!node.umbra) {
-            light = direct.without_sun(point);
-            if (node.sunspot != no_sunspot) light.sun_lx = grid.sunspot_illuminance_lx[node.sunspot];
-        }
-    });
-
-    // Patches: the mean of their nodes, but for the sun, whose edges run through the patches of a grid without zones.
-    solution.patch_components.resize(grid.gather_patch_count);
-    parallel_stage("direct light on patches", grid.indoor_patch_count, 16, progress, [&](std::size_t p) {
-        const auto id = make_id<PatchId>(p);
-        const Patch& patch = grid.patches[p];
-        DirectIlluminance& mean = solution.patch_components[p];
-        const auto corners = grid.corners_of(id);
-        const std::vector<double> weights = mean_weights(grid.polygon_of(id), patch.centroid_m, patch.normal);
-        for (std::size_t k = 0; k < corners.size(); ++k) {
-            const DirectIlluminance& corner = solution.nodes[index(corners[k])].direct;
-            mean.sky_lx += weights[k] * corner.sky_lx;
-            mean.outdoor_lx += weights[k] * corner.outdoor_lx;
-            mean.ground_lx += weights[k] * corner.ground_lx;
-        }
-        if (grid.follows_zones) {
-            if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];
-        } else if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
-            const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
-            std::vector<Band3> sun_lx(samples.positions_m.size());
-            direct.sun_at(samples.positions_m, patch.normal, sun_lx);
-            for (std::size_t k = 0; k < sun_lx.size(); ++k) mean.sun_lx += samples.shares[k] * sun_lx[k];
-        }
-    });
-    for (const DirectIlluminance& components : solution.patch_components)
-        solution.patch_direct_lx.push_back(components.by_source());
-
-    // Panes send some of the direct light that falls on them back into the room; the rest is lost to the room, or has been
-    // followed through them already.
-    std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
-    parallel_stage("direct light on panes", grid.gather_patch_count - grid.indoor_patch_count, 4, progress, [&](std::size_t k) {
-        const std::size_t p = grid.indoor_patch_count + k;
-        if (largest(optics[p].reflectance) <= 0.0) return;
-        optics[p].exitance_lm_m2 = optics[p].reflectance * light_on_pane(direct, grid, make_id<PatchId>(p));
-    });
-
+    DirectSolution direct = compute_direct_light(scene, building, grid, visibility, progress);
     const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
+    RadiositySolution radiosity =
+        compute_interreflection(scene, building, grid, form_factors, direct, options.radiosity, progress);
+    const std::vector<LightBySource> indirect_lx =
+        indirect_on_nodes(building, grid, visibility, radiosity, options, progress);
+
+    DaylightSolution solution{.outdoors = std::move(direct.outdoors)};
+    for (std::size_t n = 0; n < grid.nodes.size(); ++n) solution.nodes.push_back({direct.nodes[n], indirect_lx[n]});
+    solution.patch_direct_lx = std::move(direct.patch_direct_lx);
+    solution.patch_components = std::move(direct.patch_components);
+    solution.radiosity = std::move(radiosity);
     solution.form_factor_quality = form_factors.quality;
-
-    std::vector<double> area_m2;
-    for (std::size_t p = 0; p < grid.gather_patch_count; ++p) area_m2.push_back(grid.patches[p].area_m2);
-    solution.radiosity =
-        solve_radiosity(form_factors, area_m2, optics, solution.patch_direct_lx, options.radiosity, progress);
-
-    const std::span<const LightBySource> exitance = solution.radiosity.exitance_lm_m2;
-    ThreadScratch<FormFactorRow> scratch;
-    if (options.node_indirect == IndirectMethod::gather) {
-        parallel_stage("gathering at nodes", grid.nodes.size(), 4, progress, [&](std::size_t n) {
-            const Node& node = grid.nodes[n];
-            solution.nodes[n].indirect_lx = gather(visibility, {node.gather_position_m, building.faces[index(node.face)].normal},
-                                                   exitance, options.form_factors.repair, scratch.local());
-        });
-    } else {
-        const auto means = node_means(grid, solution.radiosity.indirect_illuminance_lx);
-        for (std::size_t n = 0; n < means.size(); ++n) solution.nodes[n].indirect_lx = means[n];
-    }
-
     solution.sensors = std::move(sensors);
     solution.sensor_values = light_on_sensors(scene, building, grid, visibility, solution.outdoors, solution.radiosity, options,
                                               solution.sensors, progress);

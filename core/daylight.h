@@ -30,6 +30,16 @@ struct PointIlluminance {
     Band3 from_sky_lx() const { return direct.by_source().sky + indirect_lx.sky; }
 };
 
+/// Direct light on the grid: depends on sky, sun and glazing, but on no reflectance indoors.
+struct DirectSolution {
+    OutdoorLight outdoors;
+    std::vector<DirectIlluminance> nodes{};             ///< [grid.nodes]
+    std::vector<LightBySource> patch_direct_lx{};       ///< [gather_patch_count], mean over the patch
+    std::vector<DirectIlluminance> patch_components{};  ///< [gather_patch_count], the same by component
+    /// What panes send back into the room of the direct light that falls on them: [patches of apertures].
+    std::vector<LightBySource> pane_exitance_lm_m2{};
+};
+
 /// The daylight in a building by one visibility method.
 struct DaylightSolution {
     OutdoorLight outdoors;
@@ -42,6 +52,28 @@ struct DaylightSolution {
     FormFactorQuality form_factor_quality{};
     std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
 };
+
+// The steps of the calculation. Form factors (compute_form_factors) depend on geometry alone: one set serves every sky, sun and
+// reflectance.
+
+DirectSolution compute_direct_light(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                    const Visibility& visibility, Progress& progress);
+
+RadiositySolution compute_interreflection(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                          const FormFactors& form_factors, const DirectSolution& direct,
+                                          const RadiosityOptions& options, Progress& progress);
+
+/// The mean of the patches that meet at each node, weighted by their area: the article's IRC of nodes. [grid.nodes]
+/// patch_values: [indoor_patch_count] or more.
+std::vector<LightBySource> mean_of_patches_at_nodes(const PatchGrid& grid, std::span<const LightBySource> patch_values);
+
+/// IRC at the nodes, [grid.nodes].
+std::vector<LightBySource> indirect_on_nodes(const Building& building, const PatchGrid& grid, const Visibility& visibility,
+                                             const RadiositySolution& radiosity, const DaylightOptions& options,
+                                             Progress& progress);
+
+/// What a point collects from the exitance of what it sees, lx. row: of gather_row().
+LightBySource collect(const FormFactorRow& row, std::span<const LightBySource> exitance_lm_m2, FormFactorRepair repair);
 
 /// The whole calculation but for assembly and grid.
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,

@@ -15,7 +15,7 @@ struct DirectLight::Implementation {
 
     SkyAndOutdoors sky_and_outdoors(const GatherPoint& point) const {
         Scratch& memory = scratch.local();
-        return article ? integrate_article(point, light, *article, visibility, memory.article)
+        return article ? integrate_article(point, light, *article, article_rule, visibility, memory.article)
                        : integrate_adaptively(point, light, tree, tolerance, visibility, memory.adaptive);
     }
 
@@ -23,6 +23,7 @@ struct DirectLight::Implementation {
     FacetTree tree;
     const Visibility& visibility;
     double tolerance;
+    ArticleRule article_rule;
     std::optional<ArticleElements> article;  ///< empty: adaptive
     mutable ThreadScratch<Scratch> scratch{};
 };
@@ -34,6 +35,7 @@ DirectLight::DirectLight(const Scene& scene, const Building& building, const Pat
           .tree = FacetTree(building),
           .visibility = visibility,
           .tolerance = scene.direct.tolerance,
+          .article_rule = scene.direct.article,
           .article = scene.direct.method == DirectMethod::article ? std::optional<ArticleElements>(building)
                                                                   : std::nullopt,
       }) {}

@@ -194,7 +194,7 @@ ArticleElements::ArticleElements(const Building& building) {
 }
 
 SkyAndOutdoors integrate_article(const GatherPoint& point, const ApertureLight& light, const ArticleElements& elements,
-                                 const Visibility& visibility, ArticleScratch& scratch) {
+                                 const ArticleRule& rule, const Visibility& visibility, ArticleScratch& scratch) {
     scratch.rays.clear();
     scratch.directions.clear();
     for (std::size_t a = 0; a < light.openings().size(); ++a) {
@@ -202,8 +202,9 @@ SkyAndOutdoors integrate_article(const GatherPoint& point, const ApertureLight& 
         if (opening.inner || opening.height_m(point.position_m) <= 0.0) continue;
         const double seen_sr = seen_solid_angle(opening, point, scratch);
         if (seen_sr <= 0.0) continue;
-        const Division& division = elements.division(a, seen_sr <= limit_16_sr ? 0 : seen_sr <= limit_64_sr ? 1 : 2);
-        if (distance_m(opening, point.position_m) < near_sizes * division.size_m) {
+        const std::size_t fineness = !rule.count_by_solid_angle || seen_sr > limit_64_sr ? 2 : seen_sr > limit_16_sr ? 1 : 0;
+        const Division& division = elements.division(a, fineness);
+        if (rule.near_zones && distance_m(opening, point.position_m) < near_sizes * division.size_m) {
             add_zones(a, opening, point, scratch);
         } else {
             add_elements(division, a, opening, point, scratch);

@@ -98,7 +98,7 @@ struct AdaptiveScratch {
 
 /// The article's rule: 16, 64 or 256 aperture elements, 256 sky zones close to an aperture.
 SkyAndOutdoors integrate_article(const GatherPoint& point, const ApertureLight& light, const ArticleElements& elements,
-                                 const Visibility& visibility, ArticleScratch& scratch);
+                                 const ArticleRule& rule, const Visibility& visibility, ArticleScratch& scratch);
 
 /// Cuts the view through the apertures along the outlines of the facets in `tree`, asks what is seen in each piece, and divides the
 /// pieces until the estimated error of the integral is below `tolerance` of the sum. How often the true one is: docs/method.md,

@@ -108,7 +108,8 @@ private:
     std::unordered_map<std::uint64_t, NodeId> bins_;
 };
 
-// Pulls nodes that are not surrounded by patches of their face towards those patches.
+// Pulls nodes that are not surrounded by patches of their face towards those patches: along the bisector of the wedge they fill,
+// which the integral of the unit direction over the wedge points along, at an inner corner of 270 degrees, too.
 void inset_outline_nodes(PatchGrid& grid) {
     struct Surroundings {
         double angle = 0.0;
@@ -124,12 +125,15 @@ void inset_outline_nodes(PatchGrid& grid) {
             const auto towards = [&](std::size_t k) {
                 return glm::normalize(grid.nodes[index(corners[k % corners.size()])].position_m - here);
             };
-            const double angle = std::acos(std::clamp(glm::dot(towards(i + 1), towards(i + corners.size() - 1)), -1.0, 1.0));
-            const dvec3 to_centroid = patch.centroid_m - here;
+            const dvec3 next = towards(i + 1), previous = towards(i + corners.size() - 1);
+            const double angle = std::acos(std::clamp(glm::dot(next, previous), -1.0, 1.0));
+            const dvec3 middle = next + previous;
+            const double length = glm::length(middle);
+            const dvec3 bisector = length > 1e-6 ? middle / length : glm::cross(patch.normal, next);
             Surroundings& s = around[index(corners[i])];
             s.angle += angle;
-            s.pull += angle * glm::normalize(to_centroid);
-            s.room_m = std::min(s.room_m, glm::length(to_centroid));
+            s.pull += 2.0 * std::sin(0.5 * angle) * bisector;
+            s.room_m = std::min(s.room_m, glm::length(patch.centroid_m - here));
         }
     }
     for (std::size_t n = 0; n < grid.nodes.size(); ++n) {

@@ -145,9 +145,16 @@ enum class DirectMethod {
     adaptive,  ///< aperture elements subdivided to a tolerance
 };
 
+/// Parts of the article's rule that a study of errors may leave out.
+struct ArticleRule {
+    bool count_by_solid_angle = true;  ///< 16, 64 or 256 aperture elements; else always 256
+    bool near_zones = true;            ///< 256 sky zones close to an aperture
+};
+
 struct DirectOptions {
     DirectMethod method = DirectMethod::adaptive;
     double tolerance = 1e-3;  ///< adaptive: relative error aimed at for sky and outdoor light of a point
+    ArticleRule article{};
 };
 
 struct SensorPoint {

@@ -290,3 +290,28 @@ TEST_CASE("a grid of more than ten million cells is refused before it takes memo
                                        {0.001, 0.001, 1}, {0.001, 3000, 1}, {0, 3000, 1}}}};
     CHECK(says(complaint(corner, {.spacing_m = 0.25}), "on face \"corner\""));
 }
+
+TEST_CASE("light of a node is gathered in the air, at inner corners of a face, too", "[grid][property]") {
+    const auto seed = GENERATE(range(1u, 13u));
+    CAPTURE(seed);
+    Scene scene = empty_scene();
+    scene.polyhedra = {box("building", Effect::fill, {-0.3, -0.3, 0}, {5.3, 6.3, 3.4}),
+                       box("room", Effect::carve, {0, 0, 0.3}, {5, 6, 3.1})};
+    std::mt19937_64 random(seed);
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution<double>{low, high}(random); };
+    for (int k = 0; k < 4; ++k) {
+        // On the floor, some against a wall, with sides that do not fit the cells.
+        const double x = k == 0 ? 4.4 : between(0.2, 4), y = between(0.2, 5);
+        scene.polyhedra.push_back(box("box " + std::to_string(k), Effect::fill, {x, y, 0.3},
+                                      {k == 0 ? 5.0 : x + between(0.1, 0.8), y + between(0.1, 0.8), between(0.6, 3.1)}));
+    }
+    scene.grid.spacing_m = between(0.2, 0.6);
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, scene.grid);
+    std::size_t inside = 0;
+    for (const Node& node : grid.nodes) {
+        const glm::dvec3 place = node.gather_position_m + 1e-5 * building.faces[index(node.face)].normal;
+        if (medium_at(scene, place) != Medium::indoor_air) ++inside;
+    }
+    CHECK(inside == 0);
+}
