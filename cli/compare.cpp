@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/comparison.h"
+#include "cli/comparison_figures.h"
+#include "cli/comparison_report.h"
 #include "cli/comparison_writer.h"
 #include "cli/file_writer.h"
 #include "cli/json_text.h"
@@ -148,6 +150,9 @@ ExitCode compare(const CompareOptions& options, Progress& progress) {
     std::error_code absent;
     std::filesystem::remove(options.out / "comparison.json", absent);
     for (const auto& [name, text] : comparison_tables(comparison)) write_file(options.out / name, text);
+    make_writable_folder(options.out / "figures");
+    for (const auto& [name, svg] : comparison_figures(json)) write_file(options.out / "figures" / name, svg);
+    write_file(options.out / "report.html", comparison_report(json));
     write_file(options.out / "comparison.json", json_text(json));
     const std::string text = account(comparison) + fmt::format("  written to {}\n", options.out.string());
     std::fwrite(text.data(), 1, text.size(), stdout);
