@@ -305,7 +305,7 @@ double median_of(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-/// The steps of a regular grid; else the usual distance between neighbours.
+/// The steps of a regular grid; else the usual distance between neighbours. points: one or more.
 dvec2 cell_size_m(const std::vector<MapPoint>& points) {
     dvec2 step(0.0);
     double places = 1.0;
@@ -367,6 +367,7 @@ PlanarSet planar_set(const ComparisonJson& comparison, const std::string& set) {
             low[k] = std::min(low[k], places.back()[k]), high[k] = std::max(high[k], places.back()[k]);
         planar.points.push_back({{}, reference[total], method[total]});
     }
+    if (planar.points.empty()) return planar;
     const auto flat = [&](std::size_t axis) { return high[axis] - low[axis] < 1e-3; };
     std::array<std::size_t, 2> axes{0, 1};
     if (!flat(2) && flat(1))
