@@ -20,6 +20,12 @@ struct SamplesPerRow {
     double seconds = 0.0;  ///< CPU time of one
 };
 
+/// The top of a hemi-cube and four half sides; or one square with a rim that is looked at apart.
+double hemicube_cells(const BackendOptions& options) {
+    const double side = options.hemicube.resolution;
+    return (options.hemicube.surface == ProjectionSurface::hemicube ? 3.0 : 1.0) * side * side;
+}
+
 SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options, std::size_t facets, std::size_t rows) {
     // Measured: docs/method.md, "Forecasts".
     if (backend == "embree") {
@@ -31,9 +37,7 @@ SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& op
         return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays",
                 5e-8 + 1.7e-8 * std::log2(static_cast<double>(facets + 1))};
     }
-    // The top of a hemi-cube and four half sides; or one square with a rim that is looked at apart.
-    const double side = options.hemicube.resolution;
-    const double cells = (options.hemicube.surface == ProjectionSurface::hemicube ? 3.0 : 1.0) * side * side;
+    const double cells = hemicube_cells(options);
     return {cells * options.hemicube.viewpoints, cells, "cells", 6e-9};
 }
 
@@ -43,9 +47,10 @@ std::string in_millions(double number) {
 }
 
 /// CPU time of the direct light on a point.
-double direct_point_seconds(const Scene& scene) {
-    // Measured at tolerances from 2e-2 to 2e-4: docs/method.md, "Forecasts".
-    return 3.5e-4 * std::pow(2e-3 / scene.direct.tolerance, 0.2);
+double direct_point_seconds(const Scene& scene, std::string_view backend, const BackendOptions& options) {
+    // Measured at tolerances from 1e-2 to 2e-4: docs/method.md, "Forecasts".
+    const double seconds = backend == "embree" ? 6e-5 : 5e-5 + 1.5e-9 * hemicube_cells(options);
+    return seconds * std::pow(1e-3 / scene.direct.tolerance, 0.1);
 }
 
 }  // namespace
@@ -75,7 +80,7 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
     std::size_t gathered = sensors;
     if (node_indirect == IndirectMethod::gather) gathered += grid.nodes.size();
     f.gather_seconds = samples.seconds * samples.point * static_cast<double>(gathered);
-    f.direct_seconds = direct_point_seconds(scene) * static_cast<double>(grid.nodes.size() + sensors);
+    f.direct_seconds = direct_point_seconds(scene, backend, options) * static_cast<double>(grid.nodes.size() + sensors);
     // Nodes and sensors hold a PointIlluminance each; patches their polygon, light by component and source,
     // exitance, and the vectors of the radiosity (about ten numbers for each of six channels).
     const auto count = [](std::size_t n) { return static_cast<double>(n); };

@@ -56,15 +56,15 @@ void write_entries_csv(WholeFile& file, const FormFactors& f) {
 }
 
 void write_patches_csv(WholeFile& file, const FormFactorTable& table) {
-    std::string text = "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,reciprocity_gap\n";
+    std::string text = "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,escaped,reciprocity_gap\n";
     for (std::size_t i = 0; i < table.form_factors.row_count(); ++i) {
         const Patch& patch = table.grid.patches[i];
         // + 0.0 turns -0 into 0.
-        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{}\n", i,
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", i,
                        in_quotes(table.building.faces[index(patch.face)].name), patch.area_m2, patch.centroid_m.x + 0.0,
                        patch.centroid_m.y + 0.0, patch.centroid_m.z + 0.0, patch.normal.x + 0.0, patch.normal.y + 0.0,
                        patch.normal.z + 0.0, table.row_sum[i], table.form_factors.lost[i], table.form_factors.truncated[i],
-                       table.reciprocity_gap[i]);
+                       table.form_factors.escaped[i], table.reciprocity_gap[i]);
     }
     file.write(text);
 }
@@ -137,13 +137,14 @@ void write_npz(WholeFile& file, const FormFactorTable& table) {
     add_array(zip, "row_sum", table.row_sum);
     add_array(zip, "lost", f.lost);
     add_array(zip, "truncated", f.truncated);
+    add_array(zip, "escaped", f.escaped);
     add_array(zip, "reciprocity_gap", table.reciprocity_gap);
     add_text(zip, "description", table.description);
     zip.finish();
 }
 
 void write_binary(WholeFile& file, const FormFactorTable& table) {
-    constexpr std::uint32_t version = 1, has_errors = 1;
+    constexpr std::uint32_t version = 2, has_errors = 1;
     const FormFactors& f = table.form_factors;
     const RowArrays rows(table);
     std::string names;
@@ -173,6 +174,7 @@ void write_binary(WholeFile& file, const FormFactorTable& table) {
     write_array(table.row_sum);
     write_array(f.lost);
     write_array(f.truncated);
+    write_array(f.escaped);
     write_array(table.reciprocity_gap);
     write_array(f.row_begin);
     write_array(f.column);

@@ -58,8 +58,10 @@ std::string account(const Visibility& visibility, const FormFactors& f, const Ro
                                    static_cast<double>(s.entries) / static_cast<double>(std::max<std::size_t>(1, f.row_count())));
     text += fmt::format("  row sums: mean {:.9f} (by area), min {:.9f}, max {:.9f}; with what was lost and truncated, 1 within {:.1e}\n",
                         s.mean_sum, s.min_sum, s.max_sum, s.worst_closure);
-    text += fmt::format("  lost: mean {:.1e}, worst {:.1e}; truncated: mean {:.1e}, worst {:.1e}\n", q.mean_lost, q.worst_lost,
-                        q.mean_truncated, q.worst_truncated);
+    text += fmt::format(
+        "  lost: mean {:.1e}, worst {:.1e}; truncated: mean {:.1e}, worst {:.1e}; escaped by rounding and shared out: mean {:.1e}, "
+        "worst {:.1e}\n",
+        q.mean_lost, q.worst_lost, q.mean_truncated, q.worst_truncated, q.mean_escaped, q.worst_escaped);
     text += fmt::format(
         "  reciprocity: |A_i F_ij - A_j F_ji| is {:.1e} of A_i F_ij + A_j F_ji as computed; in the file at most {:.1e} of a row; "
         "repair moved {:.1e}\n",
@@ -94,6 +96,8 @@ std::string description(const FormFactorsOptions& options, const Scene& scene, c
                       {"worst_lost", q.worst_lost},
                       {"mean_truncated", q.mean_truncated},
                       {"worst_truncated", q.worst_truncated},
+                      {"mean_escaped", q.mean_escaped},
+                      {"worst_escaped", q.worst_escaped},
                       {"reciprocity_gap_as_computed", q.reciprocity_gap},
                       {"worst_reciprocity_gap_of_a_row", s.worst_gap},
                       {"repair_change", q.repair_change},

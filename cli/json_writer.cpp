@@ -122,6 +122,8 @@ Json quality_json(const Result& result) {
               {"worst_lost", form_factors.worst_lost},
               {"mean_truncated", form_factors.mean_truncated},
               {"worst_truncated", form_factors.worst_truncated},
+              {"mean_escaped", form_factors.mean_escaped},
+              {"worst_escaped", form_factors.worst_escaped},
               {"reciprocity_gap", form_factors.reciprocity_gap},
               {"worst_flux_error", form_factors.worst_flux_error},
               {"repair_change", form_factors.repair_change}}},

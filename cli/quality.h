@@ -32,8 +32,8 @@ struct QualityPreset {
 inline constexpr std::array quality_presets{
     // clang-format off
     //                           m   patches     m   direct             nodes                    sensors  radiosity                    form factors   pairs   rays per patch, point  cells
-    QualityPreset{"draft",      0.5,     4000,  2.0,  5e-2, IndirectMethod::patch,  IndirectMethod::gather, 1e-4, FormFactorMethod::hemisphere,  1e-3,    256,     256,  64},
-    QualityPreset{"normal",    0.25,    20000,  1.0,  2e-3, IndirectMethod::patch,  IndirectMethod::gather, 1e-6, FormFactorMethod::hemisphere,  1e-4,    512,    2048, 256},
+    QualityPreset{"draft",      0.5,     4000,  2.0,  1e-2, IndirectMethod::patch,  IndirectMethod::gather, 1e-4, FormFactorMethod::hemisphere,  1e-3,    256,     256,  64},
+    QualityPreset{"normal",    0.25,    20000,  1.0,  1e-3, IndirectMethod::patch,  IndirectMethod::gather, 1e-6, FormFactorMethod::hemisphere,  1e-4,    512,    2048, 256},
     QualityPreset{"fine",     0.125,    60000,  0.5,  5e-4, IndirectMethod::gather, IndirectMethod::gather, 1e-7, FormFactorMethod::hemisphere,  1e-5,   2048,   16384, 512},
     QualityPreset{"reference", 0.0625,  10000, 0.25,  2e-4, IndirectMethod::gather, IndirectMethod::gather, 1e-8, FormFactorMethod::pairwise,    1e-6,   4096,   65536, 1024},
     // clang-format on

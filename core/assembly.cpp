@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <span>
 
 #include "core/building.h"
 #include "core/polyhedra.h"
@@ -162,12 +163,12 @@ Region below_ground(const Region& region, const PlaneFrame& plane, Side side, do
     return intersect(region, {half});
 }
 
-// Moves the part of `from` that lies in `outline` to `to`.
-void move_part(Region& from, const Ring& outline, Region& to) {
+// Moves the part of `from` that lies in one of `outlines` to `to`.
+void move_part(Region& from, const Region& outlines, Region& to) {
     if (from.empty()) return;
-    Region part = intersect(from, {outline});
+    Region part = intersect(from, outlines);
     if (part.empty()) return;
-    from = subtract(from, {outline});
+    from = subtract(from, outlines);
     to.insert(to.end(), part.begin(), part.end());
 }
 
@@ -179,13 +180,18 @@ Layers layers(const Region& domain, const std::vector<Action>& actions, const Pl
     Region open = domain;  // not yet decided
     Region carved;         // air, kind not yet decided
     const Bounds bounds = bounds_of(domain);
-    for (auto action = actions.rbegin(); action != actions.rend() && !(open.empty() && carved.empty()); ++action) {
-        if (!action->bounds.overlaps(bounds)) continue;
-        if (action->effect == Effect::fill) {
-            move_part(open, action->outline, result.solid);
-            move_part(carved, action->outline, result.indoor);
+    for (auto action = actions.rbegin(); action != actions.rend() && !(open.empty() && carved.empty());) {
+        // Neighbours in the order that do the same act together: thousands of boxes on a floor would each cut all of it.
+        const Effect effect = action->effect;
+        Region outlines;
+        for (; action != actions.rend() && action->effect == effect; ++action)
+            if (action->bounds.overlaps(bounds)) outlines.push_back(action->outline);
+        if (outlines.empty()) continue;
+        if (effect == Effect::fill) {
+            move_part(open, outlines, result.solid);
+            move_part(carved, outlines, result.indoor);
         } else {
-            move_part(open, action->outline, carved);
+            move_part(open, outlines, carved);
         }
     }
     const Region underground = below_ground(domain, plane, side, ground_z_m);
@@ -360,7 +366,11 @@ private:
         const PlaneFrame& plane = group.plane;
         std::vector<Action> front_actions, back_actions;
         std::vector<PlaneMember> members;
+        const Sphere reach = sphere_around(group);
         for (std::size_t p = 0; p < solids_.size(); ++p) {
+            // The ground is open everywhere; elsewhere what does not reach the faces in the plane does nothing to them.
+            if (!is_ground && glm::distance(reach.centre_m, solids_[p].centre_m) > reach.radius_m + solids_[p].radius_m + coincidence_m)
+                continue;
             Section cut = section(solids_[p], plane);
             // Carved below and open above: an aperture in the ground plane that no face marks.
             if (is_ground && scene_.polyhedra[p].effect == Effect::carve && !cut.front.empty() && !cut.back.empty()) {
@@ -382,7 +392,8 @@ private:
                 return a.polyhedron != b.polyhedron ? a.polyhedron > b.polyhedron : a.face > b.face;
             });
             Region domain;
-            for (const PlaneMember& member : cluster) domain = unite(domain, member.outline);
+            for (const PlaneMember& member : cluster) domain.insert(domain.end(), member.outline.begin(), member.outline.end());
+            domain = unite(domain, {});
             const Layers front = layers(domain, front_actions, plane, Side::front, scene_.ground.z_m);
             const Layers back = layers(domain, back_actions, plane, Side::back, scene_.ground.z_m);
             add_surfaces(cluster, plane, Environment::indoor, intersect(front.indoor, unite(back.solid, back.ground)), false);
@@ -395,14 +406,61 @@ private:
         }
     }
 
+    struct Sphere {
+        dvec3 centre_m{};
+        double radius_m = 0.0;
+    };
+
+    // A sphere that holds the faces in a plane.
+    Sphere sphere_around(const PlaneGroup& group) const {
+        Sphere sphere;
+        const auto for_each_vertex = [&](const auto& visit) {
+            for (const auto& [p, f] : group.faces)
+                for (const dvec3& v : solids_[p].faces[f].vertices_m) visit(v);
+        };
+        double count = 0.0;
+        for_each_vertex([&](const dvec3& v) { sphere.centre_m += v, ++count; });
+        if (count > 0.0) sphere.centre_m /= count;
+        for_each_vertex([&](const dvec3& v) { sphere.radius_m = std::max(sphere.radius_m, glm::distance(v, sphere.centre_m)); });
+        return sphere;
+    }
+
     // Facets of one kind in a plane go to the latest face that covers them. `reverse`: the air is behind the plane.
     void add_surfaces(const std::vector<PlaneMember>& cluster, const PlaneFrame& plane, Environment environment,
                       Region surface, bool reverse) {
+        if (surface.empty()) return;
+        std::vector<const PlaneMember*> claimants;
         for (const PlaneMember& member : cluster) {
-            if (surface.empty()) return;
-            const Polyhedron& polyhedron = scene_.polyhedra[member.polyhedron];
             // A carve does nothing to outdoor air, so it never makes an outdoor surface.
-            if (!member.claims || (environment == Environment::outdoor && polyhedron.effect == Effect::carve)) continue;
+            const bool idle = environment == Environment::outdoor && scene_.polyhedra[member.polyhedron].effect == Effect::carve;
+            if (member.claims && !idle) claimants.push_back(&member);
+        }
+        share_out(claimants, plane, environment, std::move(surface), reverse);
+    }
+
+    // claimants: the first that covers a point of the surface gets it.
+    void share_out(std::span<const PlaneMember* const> claimants, const PlaneFrame& plane, Environment environment,
+                   Region surface, bool reverse) {
+        // Many faces are dealt with by halves, each with the part of the surface that it covers: most cover none, and each by
+        // itself would cut all of it.
+        constexpr std::size_t few = 16;
+        if (claimants.size() > few) {
+            const std::size_t half = claimants.size() / 2;
+            Region outlines;
+            for (const PlaneMember* member : claimants.first(half))
+                outlines.insert(outlines.end(), member->outline.begin(), member->outline.end());
+            Region covered = without_slivers(intersect(surface, outlines));
+            if (!covered.empty()) {
+                surface = subtract(surface, outlines);
+                share_out(claimants.first(half), plane, environment, std::move(covered), reverse);
+            }
+            if (!surface.empty()) share_out(claimants.subspan(half), plane, environment, std::move(surface), reverse);
+            return;
+        }
+        for (const PlaneMember* const claimant : claimants) {
+            if (surface.empty()) return;
+            const PlaneMember& member = *claimant;
+            const Polyhedron& polyhedron = scene_.polyhedra[member.polyhedron];
             Region part = without_slivers(intersect(surface, member.outline));
             if (part.empty()) continue;
             surface = subtract(surface, member.outline);
@@ -446,7 +504,7 @@ private:
         for (auto action = room_side_actions.rbegin(); action != room_side_actions.rend() && !opening.empty(); ++action) {
             if (action->effect != Effect::carve) continue;
             Region part;
-            move_part(opening, action->outline, part);
+            move_part(opening, {action->outline}, part);
             if (part.empty()) continue;
             Region& same = by_glazing[glazing_of(action->polyhedron, cluster)];
             same = unite(same, part);

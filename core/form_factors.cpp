@@ -23,6 +23,7 @@ struct SparseRows {
 struct RowShares {
     std::vector<double> lost;
     std::vector<double> truncated;
+    std::vector<double> escaped;
 };
 
 FormFactors collect_rows(const Visibility& visibility, std::size_t count, bool with_errors, RowShares& shares,
@@ -30,6 +31,7 @@ FormFactors collect_rows(const Visibility& visibility, std::size_t count, bool w
     FormFactorRows rows = visibility.form_factor_rows(count, with_errors, progress);
     shares.lost = std::move(rows.lost);
     shares.truncated = std::move(rows.truncated);
+    shares.escaped = std::move(rows.escaped);
     FormFactors f;
     f.row_begin = std::move(rows.row_begin);
     f.column = std::move(rows.column);
@@ -119,8 +121,10 @@ FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, co
         area += area_m2[i];
         q.mean_lost += area_m2[i] * shares.lost[i];
         q.mean_truncated += area_m2[i] * shares.truncated[i];
+        q.mean_escaped += area_m2[i] * shares.escaped[i];
         q.worst_lost = std::max(q.worst_lost, shares.lost[i]);
         q.worst_truncated = std::max(q.worst_truncated, shares.truncated[i]);
+        q.worst_escaped = std::max(q.worst_escaped, shares.escaped[i]);
         q.worst_flux_error = std::max(q.worst_flux_error, measures[i].flux_error);
         q.worst_excess = std::max(q.worst_excess, measures[i].row_sum + shares.lost[i] + shares.truncated[i] - 1.0);
         sum.gap += measures[i].gap;
@@ -129,6 +133,7 @@ FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, co
     if (area > 0.0) {
         q.mean_lost /= area;
         q.mean_truncated /= area;
+        q.mean_escaped /= area;
     }
     if (sum.exchanged > 0.0) q.reciprocity_gap = sum.gap / sum.exchanged;
     return q;
@@ -280,7 +285,7 @@ FormFactors reciprocal(const FormFactors& raw, const SparseRows& transposed, con
             s.value[e] *= b.scale[i] * b.scale[j] * std::min(b.reserve[i], b.reserve[j]) / area_m2[i];
         }
     });
-    return {std::move(s.row_begin), std::move(s.column), std::move(s.value), {}, {}, {}, raw.quality};
+    return {std::move(s.row_begin), std::move(s.column), std::move(s.value), {}, {}, {}, {}, raw.quality};
 }
 
 /// sum A |F' - F| / sum A F, where the columns of F are among those of F'.
@@ -384,6 +389,7 @@ FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& 
     if (options.repair == FormFactorRepair::none) {
         raw.lost = std::move(shares.lost);
         raw.truncated = std::move(shares.truncated);
+        raw.escaped = std::move(shares.escaped);
         return raw;
     }
 
@@ -398,6 +404,7 @@ FormFactors compute_form_factors(const Visibility& visibility, const PatchGrid& 
         repaired.error = std::move(raw.error);
     repaired.lost = std::move(shares.lost);
     repaired.truncated = std::move(shares.truncated);
+    repaired.escaped = std::move(shares.escaped);
     return repaired;
 }
 

@@ -14,6 +14,8 @@ struct FormFactorQuality {
     double worst_lost = 0.0;
     double mean_truncated = 0.0;  ///< area-weighted mean of FormFactorRow::truncated
     double worst_truncated = 0.0;
+    double mean_escaped = 0.0;       ///< area-weighted mean of FormFactorRow::escaped
+    double worst_escaped = 0.0;
     double reciprocity_gap = 0.0;    ///< sum |A_i F_ij - A_j F_ji| / sum (A_i F_ij + A_j F_ji)
     double worst_flux_error = 0.0;   ///< largest |sum_i A_i F_ij / A_j - sum_j' F_jj'| over patches j: light made or lost
     double worst_excess = 0.0;       ///< largest amount by which a row with what it lost and truncated exceeds 1
@@ -28,6 +30,7 @@ struct FormFactors {
     std::vector<float> error{};              ///< [entries] estimates before any repair; empty unless asked for and known
     std::vector<double> lost{};              ///< [row], as FormFactorRow::lost
     std::vector<double> truncated{};         ///< [row]
+    std::vector<double> escaped{};           ///< [row]
     FormFactorQuality quality{};
 
     std::size_t row_count() const { return row_begin.empty() ? 0 : row_begin.size() - 1; }

@@ -21,6 +21,7 @@ FormFactorRows Visibility::form_factor_rows(std::size_t count, bool with_errors,
     FormFactorRows all;
     all.lost.resize(count);
     all.truncated.resize(count);
+    all.escaped.resize(count);
     ThreadScratch<FormFactorRow> rows;
     ThreadScratch<Chunk> growing;  // its memory is used again and again
     progress.begin("form factors", count);
@@ -39,6 +40,7 @@ FormFactorRows Visibility::form_factor_rows(std::size_t count, bool with_errors,
             length[i] = row.values.size();
             all.lost[i] = row.lost;
             all.truncated[i] = row.truncated;
+            all.escaped[i] = row.escaped;
             progress.advance();
         }
         chunks[c] = chunk;  // allocates what the rows need and no more

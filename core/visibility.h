@@ -47,6 +47,7 @@ struct FormFactorRows {
     std::vector<float> error{};              ///< [entries] or empty, as FormFactorRow::errors
     std::vector<double> lost{};              ///< [n]
     std::vector<double> truncated{};         ///< [n]
+    std::vector<double> escaped{};           ///< [n]
 };
 
 /// Answers "what does this point see?" for one fixed building and patch grid. The one thing that differs between

@@ -691,6 +691,7 @@ FormFactorRows PairwiseExchange::rows(bool with_errors, Progress& progress, Pair
     if (with_errors) rows.error.resize(values.size());
     rows.lost.resize(d.count);
     rows.truncated.resize(d.count);
+    rows.escaped.resize(d.count);
     parallel_for(d.count, 16, [&](std::size_t i) {
         const auto own = std::span(values).subspan(rows.row_begin[i], rows.row_begin[i + 1] - rows.row_begin[i]);
         std::ranges::sort(own, {}, &Value::patch);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -17,7 +18,7 @@ struct Rows {
     std::vector<std::uint32_t> column;
     std::vector<double> value;
     std::vector<float> error;
-    std::vector<double> area_m2, centre_m, normal, row_sum, lost, truncated, reciprocity_gap;
+    std::vector<double> area_m2, centre_m, normal, row_sum, lost, truncated, escaped, reciprocity_gap;
     std::vector<std::string> face;  ///< [rows], names
     std::string description;
 
@@ -67,10 +68,10 @@ Rows read_csv(const std::filesystem::path& file) {
     auto beside = file;
     const std::vector<std::string> patches = lines_of(content_of(beside.replace_extension(".patches.csv")));
     rows.description = content_of(beside.replace_extension("").replace_extension(".json"));
-    REQUIRE(patches.at(0) == "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,reciprocity_gap");
+    REQUIRE(patches.at(0) == "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,escaped,reciprocity_gap");
     for (std::size_t i = 1; i < patches.size(); ++i) {
         const auto cells = cells_of(patches[i]);
-        REQUIRE(cells.size() == 13);
+        REQUIRE(cells.size() == 14);
         CHECK(cells[0] == std::to_string(i - 1));
         const auto number = [&](std::size_t k) { return std::stod(cells[k]); };
         rows.face.push_back(cells[1]);
@@ -80,7 +81,8 @@ Rows read_csv(const std::filesystem::path& file) {
         rows.row_sum.push_back(number(9));
         rows.lost.push_back(number(10));
         rows.truncated.push_back(number(11));
-        rows.reciprocity_gap.push_back(number(12));
+        rows.escaped.push_back(number(12));
+        rows.reciprocity_gap.push_back(number(13));
     }
     const std::vector<std::string> entries = lines_of(content_of(file));
     REQUIRE(entries.at(0) == "row,column,form_factor,error");
@@ -183,6 +185,7 @@ Rows read_npz(const std::filesystem::path& file) {
     rows.row_sum = array_of<double>(typed("row_sum", "<f8"));
     rows.lost = array_of<double>(typed("lost", "<f8"));
     rows.truncated = array_of<double>(typed("truncated", "<f8"));
+    rows.escaped = array_of<double>(typed("escaped", "<f8"));
     rows.reciprocity_gap = array_of<double>(typed("reciprocity_gap", "<f8"));
     const Array names = npy(files, "face_names");
     const std::size_t width = std::stoul(names.header.substr(names.header.find("|S") + 2));
@@ -197,7 +200,7 @@ Rows read_npz(const std::filesystem::path& file) {
 Rows read_binary(const std::filesystem::path& file) {
     const std::string bytes = content_of(file);
     REQUIRE(bytes.substr(0, 8) == "NATURLFF");
-    REQUIRE(number_at<std::uint32_t>(bytes, 8) == 1);
+    REQUIRE(number_at<std::uint32_t>(bytes, 8) == 2);
     const bool has_errors = (number_at<std::uint32_t>(bytes, 12) & 1u) != 0;
     const auto n = number_at<std::uint64_t>(bytes, 16), entries = number_at<std::uint64_t>(bytes, 24);
     const auto faces = number_at<std::uint64_t>(bytes, 32);
@@ -221,6 +224,7 @@ Rows read_binary(const std::filesystem::path& file) {
     rows.row_sum = array_of<double>(next(8 * n));
     rows.lost = array_of<double>(next(8 * n));
     rows.truncated = array_of<double>(next(8 * n));
+    rows.escaped = array_of<double>(next(8 * n));
     rows.reciprocity_gap = array_of<double>(next(8 * n));
     rows.begin = array_of<std::uint64_t>(next(8 * (n + 1)));
     rows.column = array_of<std::uint32_t>(next(4 * entries));
@@ -272,6 +276,7 @@ TEST_CASE("a file of form factors holds the same in each of its forms", "[cli][f
             CHECK(rows.row_sum == first.row_sum);
             CHECK(rows.lost == first.lost);
             CHECK(rows.truncated == first.truncated);
+            CHECK(rows.escaped == first.escaped);
             CHECK(rows.reciprocity_gap == first.reciprocity_gap);
             CHECK(rows.description == first.description);
         }
@@ -279,6 +284,14 @@ TEST_CASE("a file of form factors holds the same in each of its forms", "[cli][f
         CHECK(description["backend"]["name"] == backend);
         CHECK(description["entries"] == first.value.size());
         CHECK(description["rows"] == first.count());
+        double area_m2 = 0.0, mean_escaped = 0.0;
+        for (std::size_t i = 0; i < first.count(); ++i) {
+            area_m2 += first.area_m2[i];
+            mean_escaped += first.area_m2[i] * first.escaped[i];
+        }
+        // Rounding of a mean of numbers below 1.
+        CHECK(std::abs(description["mean_escaped"].get<double>() - mean_escaped / area_m2) < 1e-14);
+        CHECK(description["worst_escaped"] == *std::ranges::max_element(first.escaped));
     }
 }
 

@@ -52,7 +52,7 @@ TEST_CASE("a preset chooses what neither the scene nor the command line names", 
     const auto chosen = unnamed.summary();
     CHECK(chosen["options"]["quality"] == "draft");
     CHECK(chosen["options"]["grid_spacing_m"] == 0.5);
-    CHECK(chosen["options"]["direct_tolerance"] == 0.05);
+    CHECK(chosen["options"]["direct_tolerance"] == 0.01);
     CHECK(chosen["options"]["radiosity_tolerance"] == 1e-7);
     CHECK(chosen["estimated_error"].is_null());
     REQUIRE(named.run({"--quality", "draft", "--tolerance", "0.1", "--no-error-estimate"}).exit_code == 0);
@@ -75,21 +75,33 @@ TEST_CASE("a dry run tells what would be done and writes nothing", "[cli][qualit
     CHECK_FALSE(std::filesystem::exists(room.folder / "out"));
 }
 
-TEST_CASE("the estimated error covers the true one and is not many times as large", "[cli][quality]") {
+TEST_CASE("19 sensors of 20 are within the estimated error, and it is not many times as large", "[cli][quality]") {
     const Room room(false);
-    REQUIRE(room.run({"--quality", "draft", "--backend", backend_names().back()}).exit_code == 0);
-    REQUIRE(room.run({"--quality", "normal", "--seed", "5", "--no-error-estimate", "--backend", backend_names().back()}, "finer")
+    REQUIRE(room.run({"--quality", "normal", "--rays", "2048", "--seed", "50", "--no-error-estimate", "--backend", backend_names().back()}, "finer")
                 .exit_code == 0);
-    const std::vector<double> found = room.total_lx("out"), truth = room.total_lx("finer");
-    REQUIRE(found.size() == truth.size());
-    REQUIRE(found.size() > 3);
-    double squares = 0.0;
-    for (std::size_t k = 0; k < found.size(); ++k) squares += std::pow(found[k] / truth[k] - 1.0, 2);
-    const double rms = std::sqrt(squares / static_cast<double>(found.size()));
-    const double estimated = room.summary()["estimated_error"]["relative_error"];
-    // What 95 % stay below is about twice the RMS of a normal distribution; few sensors scatter by as much again.
-    CHECK(estimated > rms);
-    CHECK(estimated < 8.0 * rms);
+    const std::vector<double> truth = room.total_lx("finer");
+    REQUIRE(truth.size() > 3);
+    std::size_t sensors = 0, within = 0;
+    for (int seed = 1; seed <= 4; ++seed) {
+        REQUIRE(room.run({"--quality", "draft", "--seed", std::to_string(seed), "--backend", backend_names().back()}).exit_code == 0);
+        const std::vector<double> found = room.total_lx("out");
+        REQUIRE(found.size() == truth.size());
+        // Here cells of draft are so large that no coarser grid would differ: the grid part comes from a finer one.
+        CHECK_FALSE(room.summary()["estimated_error"]["grid"].is_null());
+        const double estimated = room.summary()["estimated_error"]["relative_error"];
+        double squares = 0.0;
+        for (std::size_t k = 0; k < found.size(); ++k) {
+            const double error = std::abs(found[k] / truth[k] - 1.0);
+            squares += error * error;
+            ++sensors;
+            within += error <= estimated;
+        }
+        // 95 % of a normal distribution are below twice its RMS; a few sensors tell their noise within a half, and the estimate is on
+        // the safe side of that.
+        CHECK(estimated < 6.0 * std::sqrt(squares / static_cast<double>(found.size())));
+    }
+    INFO(within << " of " << sensors);
+    CHECK(20 * within >= 19 * sensors);
 }
 
 TEST_CASE("the estimated error has the same bits for any number of threads", "[cli][quality]") {

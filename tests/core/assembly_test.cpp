@@ -1,5 +1,7 @@
 #include <glm/geometric.hpp>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "core/building.h"
 #include "core/polyhedra.h"
@@ -172,6 +174,38 @@ TEST_CASE("where faces coincide the later polyhedron gives the material", "[core
     }
     CHECK_THAT(panel_area, WithinRel(1.0, 1e-12));
     CHECK_THAT(building.indoor_air_volume_m3, WithinRel(60.0, 1e-12));
+}
+
+TEST_CASE("many faces in one plane each get what no later one covers", "[core][assembly]") {
+    Scene scene = closed_room({50, 3, 3});
+    // Steps that overlap by half a metre, all of one height.
+    constexpr int count = 40;
+    for (int k = 0; k < count; ++k)
+        scene.polyhedra.push_back(box("step " + std::to_string(k), Effect::fill, {1.0 + k, 1, 0}, {2.5 + k, 2, 0.5}));
+    std::vector<double> top_m2(count);
+    double floor_m2 = 0.0;
+    const Building building = assemble(scene);
+    for (const Facet& facet : building.facets) {
+        const std::string& name = building.faces[index(facet.face)].name;
+        if (name.starts_with("step ") && name.ends_with("/top")) top_m2[std::stoul(name.substr(5))] += facet.area_m2;
+        if (name == "room/bottom") floor_m2 += facet.area_m2;
+    }
+    for (int k = 0; k < count; ++k) CHECK_THAT(top_m2[static_cast<std::size_t>(k)], WithinRel(k + 1 < count ? 1.0 : 1.5, 1e-12));
+    CHECK_THAT(floor_m2, WithinRel(150.0 - 40.5, 1e-12));
+}
+
+TEST_CASE("carving outdoor air above a roof takes nothing of the roof", "[core][assembly]") {
+    Scene scene = empty_scene();
+    scene.polyhedra.push_back(box("block", Effect::fill, {0, 0, 0}, {40, 2, 1}));
+    for (int k = 0; k < 40; ++k)
+        scene.polyhedra.push_back(box("carve " + std::to_string(k), Effect::carve, {0.1 + k, 0.5, 1}, {0.9 + k, 1.5, 2}));
+    const Building building = assemble(scene);
+    double roof_m2 = 0.0;
+    for (const Facet& facet : building.facets) {
+        CHECK(building.faces[index(facet.face)].name.starts_with("block/"));
+        if (facet.normal.z > 0.5) roof_m2 += facet.area_m2;
+    }
+    CHECK_THAT(roof_m2, WithinRel(80.0, 1e-12));
 }
 
 TEST_CASE("polygons join the flow, less the apertures in their plane", "[core][assembly]") {

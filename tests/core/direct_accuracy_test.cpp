@@ -360,7 +360,7 @@ void check_families(std::uint64_t first_seed, std::uint64_t count, double share,
 }  // namespace
 
 TEST_CASE("hard points are within the tolerance of direct light as often as documented", "[direct][accuracy]") {
-    check_families(0, 12, 1.0, {1e-2, 1e-3}, false);
+    check_families(0, 4, 1.0, {1e-2, 1e-3}, false);
 }
 
 TEST_CASE("many hard points are within the tolerance of direct light as often as documented", "[direct][accuracy][slow]") {

@@ -15,12 +15,14 @@ namespace {
 struct TableVisibility final : Visibility {
     std::vector<std::vector<double>> row;
     std::vector<double> lost;
+    std::vector<double> escaped;  ///< none where empty
 
     std::string_view name() const noexcept override { return "table"; }
     std::vector<std::pair<std::string, std::string>> settings() const override { return {}; }
     void form_factor_row(PatchId from, FormFactorRow& out) const override {
         out.clear();
         out.lost = lost[index(from)];
+        if (!escaped.empty()) out.escaped = escaped[index(from)];
         out.truncated = 1.0 - out.lost;
         for (std::size_t j = 0; j < row.size(); ++j) {
             const double value = row[index(from)][j];
@@ -122,6 +124,7 @@ TEST_CASE("the measured quality is what the definitions say", "[core][form_facto
     TableVisibility visibility;
     visibility.row = {{0.0, 0.5}, {0.3, 0.0}};
     visibility.lost = {0.1, 0.2};  // truncated: 0.4, 0.5
+    visibility.escaped = {0.001, 0.003};
     NoProgress quiet;
     const FormFactors f = compute_form_factors(visibility, patches_with_areas({2.0, 6.0}),
                                                {.repair = FormFactorRepair::none}, quiet);
@@ -131,8 +134,23 @@ TEST_CASE("the measured quality is what the definitions say", "[core][form_facto
     CHECK_THAT(f.quality.worst_lost, WithinAbs(0.2, rounding));
     CHECK_THAT(f.quality.mean_truncated, WithinAbs((2 * 0.4 + 6 * 0.5) / 8, rounding));
     CHECK_THAT(f.quality.worst_truncated, WithinAbs(0.5, rounding));
+    CHECK_THAT(f.quality.mean_escaped, WithinAbs((2 * 0.001 + 6 * 0.003) / 8, rounding));
+    CHECK(f.quality.worst_escaped == 0.003);
+    CHECK(f.escaped == visibility.escaped);
     CHECK_THAT(f.quality.reciprocity_gap, WithinAbs((1.8 - 1.0) / (1.8 + 1.0), rounding));
     CHECK_THAT(f.quality.worst_flux_error, WithinAbs(1.8 / 2 - 0.5, rounding));
+}
+
+TEST_CASE("a repair keeps what the rows say of escaped rays, and does not give it back twice", "[core][form_factors]") {
+    for (const FormFactorRepair repair : {FormFactorRepair::renormalise, FormFactorRepair::reciprocal}) {
+        NoisySphere sphere(12, 0.1, 3);
+        sphere.visibility.escaped.assign(12, 0.0);
+        sphere.visibility.escaped[5] = 0.004;
+        const FormFactors f = sphere.compute(repair);
+        CHECK(f.escaped == sphere.visibility.escaped);
+        // The balance stops at 1e-10 per row.
+        for (std::size_t i = 0; i < 12; ++i) CHECK(std::abs(row_sum(f, i) - 1.0) < 1e-9);
+    }
 }
 
 TEST_CASE("renormalised rows sum to one less what they lost", "[core][form_factors]") {
