@@ -402,9 +402,9 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
         levels.push_back(point.method_lx);
     const double largest = round_maximum(levels);
     std::ranges::sort(levels);
-    // Sun beside shade: a linear scale would show the sun alone.
+    // Sun beside shade, or a window: a linear scale would show the brightest place alone.
     const double median = levels[levels.size() / 2];
-    const bool logarithmic = median > 0.0 && levels.back() > 20.0 * median;
+    const bool logarithmic = median > 0.0 && levels.back() > 8.0 * median;
     const ColourScale scale_of_levels(logarithmic ? ColourScaleKind::logarithmic : ColourScaleKind::linear,
                                       largest);
     std::vector<double> sizes =
@@ -578,7 +578,7 @@ void draw_mark(SvgSheet& sheet, std::size_t series, const dvec2& at, double size
                                           front ? "#111" : "#fff", front ? 0.45 : 0.15);
     const auto x = [&](double shift) { return millimetres(at.x + shift * size); };
     const auto y = [&](double shift) { return millimetres(at.y + shift * size); };
-    switch (series % 4) {
+    switch (series % 5) {
         case 0:
             sheet.path("",
                        fmt::format("M{0} {1}A{2} {2} 0 1 0 {3} {1}A{2} {2} 0 1 0 {0} {1}Z", x(-1.0), y(0.0),
@@ -593,6 +593,11 @@ void draw_mark(SvgSheet& sheet, std::size_t series, const dvec2& at, double size
             break;
         case 2:
             sheet.path("", fmt::format("M{} {}L{} {}L{} {}Z", x(-1.1), y(0.9), x(0), y(-1.1), x(1.1), y(0.9)),
+                       style);
+            break;
+        case 3:
+            sheet.path("",
+                       fmt::format("M{} {}L{} {}L{} {}Z", x(-1.1), y(-0.9), x(0), y(1.1), x(1.1), y(-0.9)),
                        style);
             break;
         default:
