@@ -405,8 +405,11 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
     // Sun beside shade, or a window: a linear scale would show the brightest place alone.
     const double median = levels[levels.size() / 2];
     const bool logarithmic = median > 0.0 && levels.back() > 8.0 * median;
+    const auto first_lit = std::ranges::find_if(levels, [](double level) { return level > 0.0; });
+    const double decades =
+        logarithmic ? std::clamp(std::ceil(std::log10(largest / *first_lit) - 1e-9), 1.0, 3.0) : 1.0;
     const ColourScale scale_of_levels(logarithmic ? ColourScaleKind::logarithmic : ColourScaleKind::linear,
-                                      largest);
+                                      largest, decades);
     std::vector<double> sizes =
         map_values(set, [](const MapPoint& p) { return std::abs(p.difference_lx()); });
     std::ranges::sort(sizes);
@@ -456,9 +459,9 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
                             filled(hex(panel == 2 ? diverging(2.0 * middle - 1.0) : viridis(middle))));
         }
         sheet.rectangle("", bar, drawn("#56606b", 0.15));
-        // Thirds of a logarithmic scale of three decades are decades.
-        for (const double share : panel < 2 && logarithmic ? std::vector{0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0}
-                                                           : std::vector{0.0, 0.5, 1.0}) {
+        const double marks = panel < 2 && logarithmic ? decades : 2.0;
+        for (double mark = 0.0; mark <= marks; ++mark) {
+            const double share = mark / marks;
             const double value = panel == 2 ? limit * (2.0 * share - 1.0) : scale_of_levels.value_at(share);
             const std::string text = (panel == 2 && value > 0.0 ? "+" : "") + tick_text(value);
             sheet.text(share == 0.0   ? "small"

@@ -418,7 +418,7 @@
         const plane = layout_of(state.set);
         const size = [0, 1].map((k) => plane.high[k] - plane.low[k]);
         for (const [k, map] of shown.entries()) {
-          const width = map.canvas.parentElement.clientWidth || 300, margin = 22;
+          const width = map.canvas.parentElement.clientWidth || 300, margin = 28;
           const scale = Math.min((width - margin - 4) / size[0], 420 / size[1]);
           const height = Math.ceil(size[1] * scale) + margin + 4, ratio = Math.max(2, window.devicePixelRatio || 1);
           map.canvas.width = width * ratio;
@@ -555,7 +555,8 @@
         const levels = sorted([...reference, ...method]), largest = round_up(levels.at(-1) || 0);
         // Sun beside shade, or a window: a linear scale would show the brightest place alone.
         const logarithmic = levels.at(-1) > 8 * Math.max(quantile(levels, 0.5), 1e-9) && quantile(levels, 0.5) > 0;
-        const place = (value) => (logarithmic ? (value > 0 ? 1 + Math.log10(value / largest) / 3 : 0) : value / largest);
+        const decades = Math.min(3, Math.max(1, Math.ceil(Math.log10(largest / (levels.find((value) => value > 0) || largest)) - 1e-9)));
+        const place = (value) => (logarithmic ? (value > 0 ? 1 + Math.log10(value / largest) / decades : 0) : value / largest);
         const sizes = sorted(deltas.map(Math.abs));
         const beyond = sizes.length > 0 && sizes.at(-1) > 5 * quantile(sizes, 0.95) && quantile(sizes, 0.95) > 0;
         const limit = round_up(beyond ? quantile(sizes, 0.95) : sizes.at(-1) || 0);
@@ -575,7 +576,7 @@
           map.canvas.setAttribute("aria-label", `${titles[k]} of “${state.set}”, ${component_name()}, in ${plane.elevation ? "elevation" : "plan"}; the table of data holds the same values`);
           show_bar(map, k < 2 ? viridis : diverging);
           show_ticks(map, k < 2
-            ? (logarithmic ? [0, 1 / 3, 2 / 3, 1].map((at) => [at, plain(largest * 10 ** (3 * (at - 1)))]) : [0, 0.25, 0.5, 0.75, 1].map((at) => [at, plain(at * largest)]))
+            ? (logarithmic ? Array.from({ length: decades + 1 }, (_, n) => [n / decades, plain(largest * 10 ** (n - decades))]) : [0, 0.25, 0.5, 0.75, 1].map((at) => [at, plain(at * largest)]))
             : [-1, -0.5, 0, 0.5, 1].map((at) => [0.5 + at / 2, (at > 0 ? "+" : at < 0 ? "−" : "") + plain(Math.abs(at * limit))]));
         });
         if (cursor >= indices.length || cursor < 0) cursor = view.worst[0] ?? (indices.length ? 0 : -1);
