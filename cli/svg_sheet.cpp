@@ -27,6 +27,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .lx { font-size: 2.4px; font-weight: bold; fill: #5c2a00; text-anchor: middle }
 .window-name { font-size: 2.1px; font-style: italic; fill: #0b4f86; text-anchor: middle }
 .middle { text-anchor: middle }
+.end { text-anchor: end }
 .seam { stroke: #fff; stroke-width: 0.9; stroke-linejoin: round; fill: #fff }
 .paper { fill: #fff }
 .face { fill: #fbfaf7; fill-rule: evenodd }
