@@ -8,10 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/comparison.h"
+#include "cli/comparison_figures.h"
+#include "cli/comparison_report.h"
 #include "cli/comparison_writer.h"
 #include "cli/file_writer.h"
 #include "cli/json_text.h"
+#include "core/colour_difference.h"
 #include "core/errors.h"
+#include "core/picture.h"
+#include "core/tone_mapping.h"
 #include "core/scene_reader.h"
 
 namespace naturel {
@@ -40,6 +45,36 @@ std::string percent(double lx, double reference_lx) {
     return reference_lx > 0.0 ? fmt::format("{:+.3f} %", 100.0 * lx / reference_lx) : std::string("-");
 }
 
+/// The same surfaces in every pixel, lit by either solution, and exposed alike; what is brighter than white is white.
+std::vector<PictureDifference> picture_differences(const Scene& scene, const Building& building, const PatchGrid& grid,
+                                                   const Visibility& visibility, const ErrorBudget& budget, Progress& progress) {
+    const Primaries primaries(scene.primaries);
+    const glm::dvec3 white = primaries.xyz(grey(1.0));
+    std::vector<PictureDifference> differences;
+    for (const View& view : scene.views) {
+        const auto draw = [&](const DaylightSolution& solution) {
+            return draw_view(scene, building, grid, visibility, solution, view, progress);
+        };
+        const Picture a = draw(*budget.reference_solution), b = draw(*budget.method_solution);
+        const double white_cd_m2 =
+            map_to_screen(a, primaries, view.picture, budget.reference_solution->outdoors.sky_colour).white_luminance_cd_m2;
+        if (a.luminance_cd_m2.empty() || !(white_cd_m2 > 0.0)) continue;
+        const auto lab = [&](const Band3& luminance) {
+            const glm::dvec3 xyz = primaries.xyz(luminance) / white_cd_m2;
+            return lab_from_xyz(xyz / std::max(1.0, xyz.y), white);
+        };
+        std::vector<double> found;
+        double sum = 0.0;
+        for (std::size_t k = 0; k < a.luminance_cd_m2.size(); ++k) {
+            found.push_back(colour_difference(lab(a.luminance_cd_m2[k]), lab(b.luminance_cd_m2[k])));
+            sum += found.back();
+        }
+        std::ranges::sort(found);
+        differences.push_back({view.id, sum / static_cast<double>(found.size()), found[(95 * found.size() + 99) / 100 - 1], found.back()});
+    }
+    return differences;
+}
+
 std::string account(const Comparison& comparison) {
     const ErrorBudget& budget = comparison.budget;
     constexpr std::size_t total = 4;
@@ -62,6 +97,9 @@ std::string account(const Comparison& comparison) {
         line("all together", all, "");
         line("reference's own", difference_statistics(comparison, budget.again, budget.reference, total, set), "");
     }
+    for (const PictureDifference& picture : comparison.pictures)
+        text += fmt::format("picture \"{}\": CIEDE2000 {:.2f} on average, 95 % of pixels below {:.2f}, worst {:.1f}\n", picture.view,
+                            picture.mean, picture.percentile_95, picture.worst);
     return text;
 }
 
@@ -105,13 +143,16 @@ ExitCode compare(const CompareOptions& options, Progress& progress) {
                              .radiosity = budget_options.radiosity, .reference_tolerance = options.reference_tolerance,
                              .repeats = options.repeats},
                             progress);
-    const std::vector<PictureDifference> pictures;
+    const std::vector<PictureDifference> pictures = picture_differences(scene, building, grid, *reference, budget, progress);
     const Comparison comparison{options, scene, building, grid, visibilities, budget, form_factors, sweeps, pictures};
 
     const nlohmann::ordered_json json = comparison_json(comparison);
     std::error_code absent;
     std::filesystem::remove(options.out / "comparison.json", absent);
     for (const auto& [name, text] : comparison_tables(comparison)) write_file(options.out / name, text);
+    make_writable_folder(options.out / "figures");
+    for (const auto& [name, svg] : comparison_figures(json)) write_file(options.out / "figures" / name, svg);
+    write_file(options.out / "report.html", comparison_report(json));
     write_file(options.out / "comparison.json", json_text(json));
     const std::string text = account(comparison) + fmt::format("  written to {}\n", options.out.string());
     std::fwrite(text.data(), 1, text.size(), stdout);

@@ -307,6 +307,7 @@ double median_of(std::vector<double> values) {
 
 /// The steps of a regular grid; else the usual distance between neighbours. points: one or more.
 dvec2 cell_size_m(const std::vector<MapPoint>& points) {
+    if (points.empty()) return dvec2(0.5);
     dvec2 step(0.0);
     double places = 1.0;
     for (int axis = 0; axis < 2; ++axis) {
