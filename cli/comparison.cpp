@@ -57,10 +57,9 @@ const LightState& state_before(const ErrorBudget& budget, std::size_t ingredient
 }
 
 bool is_resolved(const Comparison& comparison, std::size_t ingredient, const PointSet& set) {
-    constexpr std::size_t total = 4;
     const ErrorBudget& budget = comparison.budget;
     const auto rms = [&](const LightState& a, const LightState& b) {
-        return difference_statistics(comparison, a, b, total, set).rms_lx;
+        return difference_statistics(comparison, a, b, Components::total_index, set).rms_lx;
     };
     return rms(budget.ingredients[ingredient].in_sequence, state_before(budget, ingredient)) > rms(budget.again, budget.reference);
 }

@@ -305,7 +305,7 @@ double median_of(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-/// The steps of a regular grid; else the usual distance between neighbours.
+/// The steps of a regular grid; else the usual distance between neighbours. points: one or more.
 dvec2 cell_size_m(const std::vector<MapPoint>& points) {
     if (points.empty()) return dvec2(0.5);
     dvec2 step(0.0);
@@ -368,6 +368,7 @@ PlanarSet planar_set(const ComparisonJson& comparison, const std::string& set) {
             low[k] = std::min(low[k], places.back()[k]), high[k] = std::max(high[k], places.back()[k]);
         planar.points.push_back({{}, reference[total], method[total]});
     }
+    if (planar.points.empty()) return planar;
     const auto flat = [&](std::size_t axis) { return high[axis] - low[axis] < 1e-3; };
     std::array<std::size_t, 2> axes{0, 1};
     if (!flat(2) && flat(1))
@@ -402,11 +403,14 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
         levels.push_back(point.method_lx);
     const double largest = round_maximum(levels);
     std::ranges::sort(levels);
-    // Sun beside shade: a linear scale would show the sun alone.
+    // Sun beside shade, or a window: a linear scale would show the brightest place alone.
     const double median = levels[levels.size() / 2];
-    const bool logarithmic = median > 0.0 && levels.back() > 20.0 * median;
+    const bool logarithmic = median > 0.0 && levels.back() > 8.0 * median;
+    const auto first_lit = std::ranges::find_if(levels, [](double level) { return level > 0.0; });
+    const double decades =
+        logarithmic ? std::clamp(std::ceil(std::log10(largest / *first_lit) - 1e-9), 1.0, 3.0) : 1.0;
     const ColourScale scale_of_levels(logarithmic ? ColourScaleKind::logarithmic : ColourScaleKind::linear,
-                                      largest);
+                                      largest, decades);
     std::vector<double> sizes =
         map_values(set, [](const MapPoint& p) { return std::abs(p.difference_lx()); });
     std::ranges::sort(sizes);
@@ -456,9 +460,9 @@ std::string draw_maps(const ComparisonJson& comparison, const std::string& id, c
                             filled(hex(panel == 2 ? diverging(2.0 * middle - 1.0) : viridis(middle))));
         }
         sheet.rectangle("", bar, drawn("#56606b", 0.15));
-        // Thirds of a logarithmic scale of three decades are decades.
-        for (const double share : panel < 2 && logarithmic ? std::vector{0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0}
-                                                           : std::vector{0.0, 0.5, 1.0}) {
+        const double marks = panel < 2 && logarithmic ? decades : 2.0;
+        for (double mark = 0.0; mark <= marks; ++mark) {
+            const double share = mark / marks;
             const double value = panel == 2 ? limit * (2.0 * share - 1.0) : scale_of_levels.value_at(share);
             const std::string text = (panel == 2 && value > 0.0 ? "+" : "") + tick_text(value);
             sheet.text(share == 0.0   ? "small"
@@ -578,7 +582,7 @@ void draw_mark(SvgSheet& sheet, std::size_t series, const dvec2& at, double size
                                           front ? "#111" : "#fff", front ? 0.45 : 0.15);
     const auto x = [&](double shift) { return millimetres(at.x + shift * size); };
     const auto y = [&](double shift) { return millimetres(at.y + shift * size); };
-    switch (series % 4) {
+    switch (series % 5) {
         case 0:
             sheet.path("",
                        fmt::format("M{0} {1}A{2} {2} 0 1 0 {3} {1}A{2} {2} 0 1 0 {0} {1}Z", x(-1.0), y(0.0),
@@ -593,6 +597,11 @@ void draw_mark(SvgSheet& sheet, std::size_t series, const dvec2& at, double size
             break;
         case 2:
             sheet.path("", fmt::format("M{} {}L{} {}L{} {}Z", x(-1.1), y(0.9), x(0), y(-1.1), x(1.1), y(0.9)),
+                       style);
+            break;
+        case 3:
+            sheet.path("",
+                       fmt::format("M{} {}L{} {}L{} {}Z", x(-1.1), y(-0.9), x(0), y(1.1), x(1.1), y(-0.9)),
                        style);
             break;
         default:

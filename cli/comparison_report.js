@@ -96,7 +96,7 @@
 
   const blue = "#0072b2", pale_blue = "#a9d0e8", vermilion = "#d55e00", ink = "#1d2329", soft = "#56606b", grid_line = "#e3e6ea";
   const series_colours = ["#0072b2", "#d55e00", "#007a5a", "#b0588f", "#8a6d00", "#2b2f33"];
-  const series_marks = ["circle", "rectRot", "triangle", "rect", "star", "crossRot"];
+  const series_marks = ["circle", "rectRot", "triangle", "rect", "rectRounded"];
   const charts = new Map();
   Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
   Chart.defaults.font.size = 12.5;
@@ -274,6 +274,8 @@
     else {
       const mean_plot = plot("budget mean", "Signed mean"), rms_plot = plot("budget rms", "Root mean square");
       const frame = element("div", {});
+      for (const { figure } of [mean_plot, rms_plot])
+        figure.querySelector(".plot").style.height = `${Math.max(20, 6 + 2.1 * (ingredients.length + 1))}rem`;
       part.append(element("div", { class: "two" }, mean_plot.figure, rms_plot.figure), frame);
       const wrap = (text) => {
         const lines = [""];
@@ -416,7 +418,7 @@
         const plane = layout_of(state.set);
         const size = [0, 1].map((k) => plane.high[k] - plane.low[k]);
         for (const [k, map] of shown.entries()) {
-          const width = map.canvas.parentElement.clientWidth || 300, margin = 22;
+          const width = map.canvas.parentElement.clientWidth || 300, margin = 28;
           const scale = Math.min((width - margin - 4) / size[0], 420 / size[1]);
           const height = Math.ceil(size[1] * scale) + margin + 4, ratio = Math.max(2, window.devicePixelRatio || 1);
           map.canvas.width = width * ratio;
@@ -551,9 +553,10 @@
         const reference = indices.map(reference_at), method = indices.map(method_at);
         const deltas_lx = indices.map(difference[2]), deltas = indices.map((index, n) => in_unit(deltas_lx[n], index));
         const levels = sorted([...reference, ...method]), largest = round_up(levels.at(-1) || 0);
-        // Sun beside shade: a linear scale would show the sun alone.
-        const logarithmic = levels.at(-1) > 20 * Math.max(quantile(levels, 0.5), 1e-9) && quantile(levels, 0.5) > 0;
-        const place = (value) => (logarithmic ? (value > 0 ? 1 + Math.log10(value / largest) / 3 : 0) : value / largest);
+        // Sun beside shade, or a window: a linear scale would show the brightest place alone.
+        const logarithmic = levels.at(-1) > 8 * Math.max(quantile(levels, 0.5), 1e-9) && quantile(levels, 0.5) > 0;
+        const decades = Math.min(3, Math.max(1, Math.ceil(Math.log10(largest / (levels.find((value) => value > 0) || largest)) - 1e-9)));
+        const place = (value) => (logarithmic ? (value > 0 ? 1 + Math.log10(value / largest) / decades : 0) : value / largest);
         const sizes = sorted(deltas.map(Math.abs));
         const beyond = sizes.length > 0 && sizes.at(-1) > 5 * quantile(sizes, 0.95) && quantile(sizes, 0.95) > 0;
         const limit = round_up(beyond ? quantile(sizes, 0.95) : sizes.at(-1) || 0);
@@ -573,7 +576,7 @@
           map.canvas.setAttribute("aria-label", `${titles[k]} of “${state.set}”, ${component_name()}, in ${plane.elevation ? "elevation" : "plan"}; the table of data holds the same values`);
           show_bar(map, k < 2 ? viridis : diverging);
           show_ticks(map, k < 2
-            ? (logarithmic ? [0, 1 / 3, 2 / 3, 1].map((at) => [at, plain(largest * 10 ** (3 * (at - 1)))]) : [0, 0.25, 0.5, 0.75, 1].map((at) => [at, plain(at * largest)]))
+            ? (logarithmic ? Array.from({ length: decades + 1 }, (_, n) => [n / decades, plain(largest * 10 ** (n - decades))]) : [0, 0.25, 0.5, 0.75, 1].map((at) => [at, plain(at * largest)]))
             : [-1, -0.5, 0, 0.5, 1].map((at) => [0.5 + at / 2, (at > 0 ? "+" : at < 0 ? "−" : "") + plain(Math.abs(at * limit))]));
         });
         if (cursor >= indices.length || cursor < 0) cursor = view.worst[0] ?? (indices.length ? 0 : -1);
@@ -762,7 +765,7 @@
         type: "scatter",
         data: { datasets: sweeps.map((sweep, k) => ({
           label: sweep.parameter, showLine: !in_words(sweep), borderColor: series_colours[k % 6], borderWidth: 1.2,
-          pointStyle: series_marks[k % 6], pointBackgroundColor: series_colours[k % 6],
+          pointStyle: series_marks[k % 5], pointBackgroundColor: series_colours[k % 6],
           pointBorderColor: timed[k].map((spot) => (spot.pareto ? "#111" : series_colours[k % 6])), pointBorderWidth: timed[k].map((spot) => (spot.pareto ? 2 : 1)),
           pointRadius: timed[k].map((spot) => (spot.pareto ? 7 : 4)), pointHoverRadius: 8,
           data: timed[k].slice().map((spot) => ({ x: spot.seconds, y: spot.rms_percent, low: spot.seconds_low, high: spot.seconds_high, spot })),

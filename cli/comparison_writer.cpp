@@ -94,6 +94,25 @@ void for_each_pair(const FormFactors& a, const FormFactors& b, const Use& use) {
     }
 }
 
+/// Per cent of the outdoor illuminance, and points of that.
+Json daylight_factor_json(const Comparison& comparison) {
+    const double outdoors_lx = comparison.budget.outdoor_horizontal_lx;
+    Json sets = Json::object();
+    if (!(outdoors_lx > 0.0)) return sets;
+    for (const PointSet& set : point_sets(comparison)) {
+        const DifferenceStatistics s = difference_statistics(comparison, comparison.budget.method(), comparison.budget.reference,
+                                                             Components::from_sky_index, set);
+        const auto percent = [&](double lx) { return 100.0 * lx / outdoors_lx; };
+        sets[set.id] = {{"reference_mean_percent", percent(s.mean_reference_lx)},
+                        {"mean_points", percent(s.mean_lx)},
+                        {"rms_points", percent(s.rms_lx)},
+                        {"p95_points", percent(s.percentile_95_lx)},
+                        {"worst_points", percent(s.worst_lx)},
+                        {"worst_point", s.worst_point}};
+    }
+    return sets;
+}
+
 Json form_factors_json(const Comparison& comparison) {
     const BudgetFormFactors& f = comparison.form_factors;
     const std::vector<double>& exitance = comparison.budget.reference.patch_exitance_lm_m2;
@@ -213,7 +232,7 @@ Json comparison_json(const Comparison& comparison) {
     for (const PointSet& set : point_sets(comparison))
         sets.push_back({{"id", set.id},
                         {"nodes", set.nodes},
-                        {"points", difference_statistics(comparison, budget.method(), budget.reference, 4, set).points}});
+                        {"points", difference_statistics(comparison, budget.method(), budget.reference, Components::total_index, set).points}});
     for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
         const Ingredient& ingredient = budget.ingredients[k];
         bool resolved = false;
@@ -258,6 +277,7 @@ Json comparison_json(const Comparison& comparison) {
             {"ingredients", ingredients},
             {"total", {{"sets", sets_json(comparison, budget.method(), budget.reference)}}},
             {"reference_error", {{"sets", sets_json(comparison, budget.again, budget.reference)}}},
+            {"daylight_factor", {{"sets", daylight_factor_json(comparison)}}},
             {"form_factors", form_factors_json(comparison)},
             {"exitance", exitance_json(comparison)},
             {"sweeps", sweeps_json(comparison)},

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "cli/choices.h"
+#include "core/light_zones.h"
 
 namespace naturel {
 namespace {
@@ -51,6 +52,11 @@ void mark_pareto(std::vector<Sweep>& sweeps) {
     }
 }
 
+double percentile_95(std::vector<double> sizes) {
+    std::ranges::sort(sizes);
+    return sizes.empty() ? 0.0 : sizes[(95 * sizes.size() + 99) / 100 - 1];
+}
+
 class Sweeper {
 public:
     Sweeper(const SweepRequest& request, Progress& progress)
@@ -89,9 +95,8 @@ public:
             squares += sizes.back() * sizes.back();
         }
         if (sizes.empty() || !(mean_lx_ > 0.0)) return point;
-        std::ranges::sort(sizes);
         point.rms_percent = 100.0 * std::sqrt(squares / static_cast<double>(sizes.size())) / mean_lx_;
-        point.percentile_95_percent = 100.0 * sizes[(95 * sizes.size() + 99) / 100 - 1] / mean_lx_;
+        point.percentile_95_percent = 100.0 * percentile_95(std::move(sizes)) / mean_lx_;
         return point;
     }
 
@@ -108,6 +113,59 @@ private:
     double mean_lx_ = 0.0;
     std::size_t count_ = 0;
 };
+
+/// The spacing of the grid, from four times that of the scene, against half of it: rays throughout, the same at every sensor.
+Sweep sweep_grid(const SweepRequest& request, Progress& progress) {
+    Sweep sweep{.parameter = "grid spacing", .unit = "m", .points = {}};
+    const LightZones zones = request.scene.grid.zones ? find_light_zones(request.scene, request.building) : LightZones{};
+    EmbreeOptions options = request.backends.embree;
+    options.form_factors = FormFactorMethod::hemisphere;
+    options.rays_per_patch = 4096;
+    options.rays_per_point = 32768;
+    std::vector<LightState> states;
+    std::vector<Sensor> sensors;
+    for (const double factor : {4.0, 2.0, 1.0, 0.5}) {
+        Scene scene = request.scene;
+        scene.grid.spacing_m *= factor;
+        const PatchGrid grid = make_patch_grid(request.building, scene.grid, zones);
+        const auto visibility = request.rays.make(request.building, grid, {.hemicube = {}, .embree = options});
+        const MethodCombinations combinations(scene, request.building, grid, request.radiosity, progress);
+        sensors = combinations.sensors();
+        SweepPoint point{.label = fmt::format("{:g}", scene.grid.spacing_m), .value = scene.grid.spacing_m};
+        FormFactors form_factors;
+        std::vector<double> seconds;
+        for (int k = 0; k < request.repeats; ++k) {
+            const auto start = std::chrono::steady_clock::now();
+            form_factors = compute_form_factors(*visibility, grid, {.repair = FormFactorRepair::reciprocal}, progress);
+            seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        }
+        std::ranges::sort(seconds);
+        point.seconds = seconds[seconds.size() / 2];
+        point.seconds_low = seconds.front();
+        point.seconds_high = seconds.back();
+        states.push_back(combinations.state(
+            form_factors, combinations.direct(*visibility, {.method = DirectMethod::adaptive, .tolerance = request.reference_tolerance}),
+            combinations.gathering_at_sensors(*visibility), IndirectMethod::patch, FormFactorRepair::reciprocal));
+        sweep.points.push_back(point);
+    }
+    sweep.points.pop_back();  // the finest is the truth of the others
+    const LightState& finest = states.back();
+    for (std::size_t k = 0; k < sweep.points.size(); ++k) {
+        std::vector<double> sizes;
+        double squares = 0.0, mean_lx = 0.0;
+        for (std::size_t s = 0; s < sensors.size(); ++s) {
+            if (sensors[s].medium != Medium::indoor_air) continue;
+            sizes.push_back(std::abs(states[k].sensors[s].total() - finest.sensors[s].total()));
+            squares += sizes.back() * sizes.back();
+            mean_lx += finest.sensors[s].total();
+        }
+        if (sizes.empty() || !(mean_lx > 0.0)) continue;
+        const auto n = static_cast<double>(sizes.size());
+        sweep.points[k].rms_percent = 100.0 * std::sqrt(squares / n) * n / mean_lx;
+        sweep.points[k].percentile_95_percent = 100.0 * percentile_95(std::move(sizes)) * n / mean_lx;
+    }
+    return sweep;
+}
 
 }  // namespace
 
@@ -161,6 +219,9 @@ std::vector<Sweep> run_sweeps(const SweepRequest& request, Progress& progress) {
         }));
     }
     sweeps.push_back(rays);
+    // Half the spacing means four times the patches, and up to sixteen times the pairs of them.
+    constexpr std::size_t most_patches = 12000;
+    if (request.grid.gather_patch_count <= most_patches) sweeps.push_back(sweep_grid(request, progress));
 
     for (Sweep& sweep : sweeps)
         if (sweep.parameter != "spacing") fit_slope(sweep);

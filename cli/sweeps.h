@@ -38,7 +38,8 @@ struct SweepRequest {
 };
 
 /// Varies one option of the form factors after the other, all else being as in the reference: cells, d/h, spacing of cells and
-/// viewpoints of the projection, rays of the hemisphere.
+/// viewpoints of the projection, rays of the hemisphere. Last, the spacing of the grid, with rays, against half the
+/// spacing of the scene.
 std::vector<Sweep> run_sweeps(const SweepRequest& request, Progress& progress);
 
 }  // namespace naturel

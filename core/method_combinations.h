@@ -8,12 +8,13 @@
 
 namespace naturel {
 
-/// Illuminance by component, luminous, lx.
+/// Illuminance by component, luminous, lx; of the total, what the sky causes: the numerator of the daylight factor.
 struct Components {
-    static constexpr std::array<std::string_view, 5> names{"sky", "sun", "erc", "irc", "total"};
-    std::array<double, 5> lx{};
+    static constexpr std::array<std::string_view, 6> names{"sky", "sun", "erc", "irc", "total", "from_sky"};
+    static constexpr std::size_t total_index = 4, from_sky_index = 5;
+    std::array<double, 6> lx{};
 
-    double total() const { return lx[4]; }
+    double total() const { return lx[total_index]; }
     friend Components operator-(const Components& a, const Components& b) {
         Components difference;
         for (std::size_t k = 0; k < a.lx.size(); ++k) difference.lx[k] = a.lx[k] - b.lx[k];

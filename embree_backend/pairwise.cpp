@@ -48,8 +48,8 @@ enum Shape : std::uint8_t { parallelogram = 0, quadrilateral = 1, other = 2 };  
 struct Block {
     std::size_t first = 0, last = 0;
     std::uint32_t face = 0;
-    std::vector<dvec3> corners_m;  ///< of a rectangle in the plane of the face around all its patches
-    std::vector<VertexQuad> corner_quads;
+    std::vector<dvec3> corners_m{};  ///< of a rectangle in the plane of the face around all its patches
+    std::vector<VertexQuad> corner_quads{};
     dvec3 low_m{}, high_m{};
 };
 

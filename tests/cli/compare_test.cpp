@@ -29,7 +29,7 @@ TEST_CASE("compare writes a budget whose parts add up, the same for any number o
         const auto& point = json.at("points")[p];
         double sum = 0.0;
         for (const auto& ingredient : json.at("ingredients")) sum += ingredient.at("total_lx")[p].get<double>();
-        const double reference = point.at("reference")[4], method = point.at("method")[4];
+        const double reference = point.at("reference")[4], method = point.at("method")[4];  // total
         CHECK(std::abs(sum - (method - reference)) <= 1e-9 * (1.0 + reference));  // rounding
         CHECK(reference > 0.0);
     }

@@ -142,6 +142,38 @@ TEST_CASE("a comparison without one of its parts still gives a report and figure
     CHECK_NOTHROW(comparison_report(Json::object()));
 }
 
+TEST_CASE("a set of points without single values has its budget and no maps", "[cli][report]") {
+    Json comparison = sample();
+    comparison["sets"].push_back({{"id", "nodes"}, {"nodes", true}, {"points", 1800}});
+    for (const char* part : {"total", "reference_error"})
+        comparison[part]["sets"]["nodes"] = comparison[part]["sets"]["board"];
+    for (Json& ingredient : comparison["ingredients"])
+        ingredient["sets"]["nodes"] = ingredient["sets"]["board"];
+    std::set<std::string> names;
+    for (const auto& [name, svg] : comparison_figures(comparison))
+        names.insert(name);
+    CHECK(names.contains("budget_nodes.svg"));
+    CHECK_FALSE(names.contains("maps_nodes.svg"));
+    CHECK_FALSE(names.contains("histogram_nodes.svg"));
+    CHECK(comparison_headline(comparison) ==
+          comparison_headline(sample()));  // of points that can be looked at
+}
+
+TEST_CASE("points that stand in one line or alone have maps", "[cli][report]") {
+    const std::size_t kept = GENERATE(std::size_t{1}, std::size_t{5});
+    Json comparison = sample();
+    Json few = Json::array();
+    for (std::size_t k = 0; k < kept; ++k)
+        few.push_back(comparison["points"][k]);
+    comparison["points"] = few;
+    const auto figures = comparison_figures(comparison);
+    const auto map =
+        std::ranges::find(figures, "maps_work_plane.svg", [](const auto& figure) { return figure.first; });
+    REQUIRE(map != figures.end());
+    CHECK_FALSE(std::regex_search(map->second, no_number));
+    CHECK(count(map->second, "crispEdges") == 3 * kept);
+}
+
 TEST_CASE("a comparison without light or differences still has figures", "[cli][report]") {
     Json comparison = sample();
     for (Json& point : comparison["points"])

@@ -76,11 +76,11 @@ TEST_CASE("kernels compute the same bits with any instruction set", "[hemicube]"
     constexpr int rows = 40, columns = 61;
     constexpr std::size_t stride = columns + kernel_lanes;
     struct Results {
-        std::vector<float> depth, smallest;
-        std::vector<ItemCode> items;
-        std::vector<std::int32_t> grid_cells;
-        std::vector<double> left, right;
-        std::vector<int> before;
+        std::vector<float> depth{}, smallest{};
+        std::vector<ItemCode> items{};
+        std::vector<std::int32_t> grid_cells{};
+        std::vector<double> left{}, right{};
+        std::vector<int> before{};
         bool operator==(const Results&) const = default;
     };
     std::vector<Results> all;

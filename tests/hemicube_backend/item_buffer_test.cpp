@@ -192,9 +192,10 @@ TEST_CASE("facets drawn one by one, nothing left out, give the same picture", "[
     const auto add_tile = [&](double x, double y, double half, double z) {
         add_facet(building, {{x - half, y - half, z}, {x - half, y + half, z}, {x + half, y + half, z}, {x + half, y - half, z}});
     };
+    const auto below = [&](unsigned count) { return static_cast<double>(random() % count); };
     add_tile(0, 0, 0.9, 1);
     for (int k = 0; k < 200; ++k)
-        add_tile(0.01 * (random() % 160) - 0.8, 0.01 * (random() % 160) - 0.8, 0.02, 0.9 + 0.001 * (random() % 200));
+        add_tile(0.01 * below(160) - 0.8, 0.01 * below(160) - 0.8, 0.02, 0.9 + 0.001 * below(200));
     const std::size_t count = building.facets.size();
     const ProjectionCells cells = hemicube_top_cells(200);
     for (const bool parallel : {false, true}) {
