@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <stdexcept>
 
 #include "cli/images/image_file.h"
@@ -10,9 +11,11 @@
 namespace naturel {
 namespace {
 
-/// The encoder of the module beside the program, which stays loaded.
+/// The encoder of the module beside the program, which stays loaded. By its whole path: sanitizers open modules in the name of
+/// their own library, whose folder it is not in.
 EncodeImage load_encoder() {
-    void* const module = ::dlopen("naturel_images.so", RTLD_NOW | RTLD_LOCAL);
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+    void* const module = ::dlopen((program.parent_path() / "naturel_images.so").c_str(), RTLD_NOW | RTLD_LOCAL);
     void* const symbol = module == nullptr ? nullptr : ::dlsym(module, encode_image_symbol);
     if (symbol == nullptr) throw std::runtime_error(std::string("cannot load the writer of pictures: ") + ::dlerror());
     return reinterpret_cast<EncodeImage>(symbol);

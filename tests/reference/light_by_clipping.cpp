@@ -1,5 +1,6 @@
 #include "tests/reference/light_by_clipping.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
