@@ -62,23 +62,7 @@ void BoxIndex::build(std::uint32_t first, std::uint32_t count) {
 
 void BoxIndex::containing(const dvec3& point_m, std::vector<std::uint32_t>& found) const {
     found.clear();
-    if (nodes_.empty()) return;
-    // The depth is the logarithm of the number of boxes: below 32.
-    std::uint32_t waiting[64];
-    std::size_t count = 0;
-    waiting[count++] = 0;
-    while (count > 0) {
-        const std::uint32_t at = waiting[--count];
-        const Node& node = nodes_[at];
-        if (!holds(node.box, point_m)) continue;
-        if (node.count == 0) {
-            waiting[count++] = at + 1;
-            waiting[count++] = node.right;
-            continue;
-        }
-        for (std::uint32_t k = node.first; k < node.first + node.count; ++k)
-            if (holds(boxes_[order_[k]], point_m)) found.push_back(order_[k]);
-    }
+    for_each([&](const Box& box) { return holds(box, point_m); }, [&](std::uint32_t number) { found.push_back(number); });
     std::sort(found.begin(), found.end());
 }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "core/box_index.h"
 #include "core/building.h"
 
 namespace naturel {
@@ -34,27 +35,17 @@ public:
     const glm::dvec3& normal_of(std::uint32_t facet) const { return leaves_[facet].normal; }
 
 private:
-    struct Box {
-        glm::dvec3 centre_m{}, half_m{};
-    };
     struct Leaf {
         glm::dvec3 normal{};
         double offset_m = 0.0;
         std::uint32_t first_vertex = 0, vertex_count = 0;
         bool sheet = false;
-        Box box;
     };
-    /// Over the leaves [first, end); its left half follows it, `right` starts the other. No halves: right = 0.
-    struct Branch {
-        Box box;
-        std::uint32_t first = 0, end = 0, right = 0;
-    };
-    std::uint32_t grow(std::uint32_t first, std::uint32_t end);
     void look_at(std::uint32_t leaf, const glm::dvec3& from_m, std::span<const glm::dvec3> inwards, std::vector<Found>& found) const;
 
     std::vector<Leaf> leaves_;
     std::vector<glm::dvec3> vertices_m_;
-    std::vector<Branch> branches_;
+    BoxIndex boxes_;  ///< of the leaves
 };
 
 }  // namespace naturel
