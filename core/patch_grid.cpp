@@ -109,12 +109,14 @@ private:
 };
 
 // Pulls nodes that are not surrounded by patches of their face towards those patches: along the bisector of the wedge they fill,
-// which the integral of the unit direction over the wedge points along, at an inner corner of 270 degrees, too.
+// which the integral of the unit direction over the wedge points along, at an inner corner of 270 degrees, too. Where the wedge is
+// a needle, not so far that they leave it.
 void inset_outline_nodes(PatchGrid& grid) {
     struct Surroundings {
         double angle = 0.0;
         dvec3 pull{};
         double room_m = std::numeric_limits<double>::max();
+        std::vector<PatchId> patches;
     };
     std::vector<Surroundings> around(grid.nodes.size());
     for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
@@ -131,6 +133,7 @@ void inset_outline_nodes(PatchGrid& grid) {
             const double length = glm::length(middle);
             const dvec3 bisector = length > 1e-6 ? middle / length : glm::cross(patch.normal, next);
             Surroundings& s = around[index(corners[i])];
+            s.patches.push_back(make_id<PatchId>(p));
             s.angle += angle;
             s.pull += 2.0 * std::sin(0.5 * angle) * bisector;
             s.room_m = std::min(s.room_m, glm::length(patch.centroid_m - here));
@@ -140,7 +143,19 @@ void inset_outline_nodes(PatchGrid& grid) {
         const Surroundings& s = around[n];
         const double length = glm::length(s.pull);
         if (s.angle > 2.0 * pi - 1e-6 || length < 1e-9) continue;
-        grid.nodes[n].gather_position_m += std::min(node_inset_m, 0.1 * s.room_m) / length * s.pull;
+        const auto inside = [&](const dvec3& place) {
+            return std::ranges::any_of(s.patches, [&](PatchId id) {
+                const auto polygon = grid.polygon_of(id);
+                for (std::size_t k = 0; k < polygon.size(); ++k) {
+                    const dvec3 edge = polygon[(k + 1) % polygon.size()] - polygon[k];
+                    if (glm::dot(glm::cross(grid.patches[index(id)].normal, edge), place - polygon[k]) < 0.0) return false;
+                }
+                return true;
+            });
+        };
+        dvec3 inset = std::min(node_inset_m, 0.1 * s.room_m) / length * s.pull;
+        for (int halvings = 0; halvings < 10 && !inside(grid.nodes[n].position_m + 2.0 * inset); ++halvings) inset *= 0.5;
+        grid.nodes[n].gather_position_m += inset;
     }
 }
 
