@@ -1,13 +1,12 @@
 #include "cli/comparison_writer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <thread>
+
+#include "cli/csv_table.h"
 
 namespace naturel {
 namespace {
@@ -206,11 +205,86 @@ Json sweeps_json(const Comparison& comparison) {
     return list;
 }
 
-std::string csv_cell(std::string_view text) {
-    if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
-    std::string out = "\"";
-    for (const char c : text) out.append(c == '"' ? 2 : 1, c);
-    return out + '"';
+std::string points_csv(const Comparison& comparison) {
+    const ErrorBudget& budget = comparison.budget;
+    CsvTable table("point,set,x_m,y_m,z_m,state,component,illuminance_lx,difference_lx,reference_error_lx");
+    for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
+        const Sensor& sensor = budget.sensors[s];
+        if (sensor.medium != Medium::indoor_air) continue;
+        const Components error = budget.again.sensors[s] - budget.reference.sensors[s];
+        const auto add = [&](std::string_view state, const LightState& now, const LightState& then) {
+            const Components difference = now.sensors[s] - then.sensors[s];
+            for (std::size_t c = 0; c < Components::names.size(); ++c)
+                table.cell(std::string_view(sensor.id))
+                    .cell(std::string_view(comparison.scene.sensors[sensor.set].id))
+                    .cell(sensor.point.position_m)
+                    .cell(state)
+                    .cell(Components::names[c])
+                    .cell(now.sensors[s].lx[c])
+                    .cell(difference.lx[c])
+                    .cell(error.lx[c])
+                    .end_row();
+        };
+        add("reference", budget.reference, budget.reference);
+        for (std::size_t k = 0; k < budget.ingredients.size(); ++k)
+            add(budget.ingredients[k].name, budget.ingredients[k].in_sequence, state_before(budget, k));
+    }
+    return std::move(table).take();
+}
+
+std::string ingredients_csv(const Comparison& comparison) {
+    const ErrorBudget& budget = comparison.budget;
+    CsvTable table("ingredient,group,how,set,component,points,mean_lx,rms_lx,p95_lx,worst_lx,worst_point,mean_reference_lx,resolved");
+    for (const PointSet& set : point_sets(comparison)) {
+        const auto add = [&](std::string_view name, std::string_view group, std::string_view how, const LightState& a,
+                             const LightState& b, std::string_view resolved) {
+            for (std::size_t c = 0; c < Components::names.size(); ++c) {
+                const DifferenceStatistics d = difference_statistics(comparison, a, b, c, set);
+                table.cell(name).cell(group).cell(how).cell(std::string_view(set.id)).cell(Components::names[c]).cell(d.points);
+                table.cell(d.mean_lx).cell(d.rms_lx).cell(d.percentile_95_lx).cell(d.worst_lx);
+                table.cell(std::string_view(d.worst_point)).cell(d.mean_reference_lx).cell(resolved).end_row();
+            }
+        };
+        for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
+            const Ingredient& ingredient = budget.ingredients[k];
+            const std::string_view resolved = is_resolved(comparison, k, set) ? "yes" : "no";
+            add(ingredient.name, ingredient.group, "in sequence", ingredient.in_sequence, state_before(budget, k), resolved);
+            add(ingredient.name, ingredient.group, "alone", ingredient.alone, budget.reference, resolved);
+        }
+        add("total", "", "in sequence", budget.method(), budget.reference, "");
+        add("reference error", "", "", budget.again, budget.reference, "");
+    }
+    return std::move(table).take();
+}
+
+std::string compared_patches_csv(const Comparison& comparison) {
+    const BudgetFormFactors& f = comparison.form_factors;
+    CsvTable table("patch,face,x_m,y_m,z_m,area_m2,row_sum_reference,row_sum_again,row_sum_method,exitance_reference_lm_m2,exitance_method_lm_m2");
+    const std::vector<double> reference = row_sums(f.reference), again = row_sums(f.again), method = row_sums(f.method);
+    for (std::size_t p = 0; p < reference.size(); ++p) {
+        const Patch& patch = comparison.grid.patches[p];
+        table.cell(p).cell(std::string_view(comparison.building.faces[index(patch.face)].name)).cell(patch.centroid_m).cell(patch.area_m2);
+        table.cell(reference[p]).cell(again[p]).cell(method[p]);
+        table.cell(comparison.budget.reference.patch_exitance_lm_m2[p]).cell(comparison.budget.method().patch_exitance_lm_m2[p]).end_row();
+    }
+    return std::move(table).take();
+}
+
+std::string sweeps_csv(const Comparison& comparison) {
+    CsvTable table("parameter,label,value,rms_percent,p95_percent,seconds,seconds_low,seconds_high,pareto");
+    for (const Sweep& sweep : comparison.sweeps)
+        for (const SweepPoint& point : sweep.points)
+            table.cell(std::string_view(sweep.parameter))
+                .cell(std::string_view(point.label))
+                .cell(point.value)
+                .cell(point.rms_percent)
+                .cell(point.percentile_95_percent)
+                .cell(point.seconds)
+                .cell(point.seconds_low)
+                .cell(point.seconds_high)
+                .cell(std::string_view(point.pareto ? "yes" : "no"))
+                .end_row();
+    return std::move(table).take();
 }
 
 }  // namespace
@@ -285,65 +359,10 @@ Json comparison_json(const Comparison& comparison) {
 }
 
 std::vector<std::pair<std::string, std::string>> comparison_tables(const Comparison& comparison) {
-    const ErrorBudget& budget = comparison.budget;
-    const auto append = []<class... Values>(std::string& text, fmt::format_string<Values...> format, Values&&... values) {
-        fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
-    };
-    std::string points = "point,set,x_m,y_m,z_m,state,component,illuminance_lx,difference_lx,reference_error_lx\n";
-    for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
-        const Sensor& sensor = budget.sensors[s];
-        if (sensor.medium != Medium::indoor_air) continue;
-        const auto row = [&](std::string_view state, const LightState& now, const LightState& then) {
-            for (std::size_t c = 0; c < Components::names.size(); ++c)
-                append(points, "{},{},{:.9g},{:.9g},{:.9g},{},{},{:.9g},{:.9g},{:.9g}\n", csv_cell(sensor.id),
-                       csv_cell(comparison.scene.sensors[sensor.set].id), sensor.point.position_m.x, sensor.point.position_m.y,
-                       sensor.point.position_m.z, state, Components::names[c], now.sensors[s].lx[c] + 0.0,
-                       now.sensors[s].lx[c] - then.sensors[s].lx[c] + 0.0,
-                       budget.again.sensors[s].lx[c] - budget.reference.sensors[s].lx[c] + 0.0);
-        };
-        row("reference", budget.reference, budget.reference);
-        for (std::size_t k = 0; k < budget.ingredients.size(); ++k)
-            row(budget.ingredients[k].name, budget.ingredients[k].in_sequence, state_before(budget, k));
-    }
-    std::string ingredients = "ingredient,group,how,set,component,points,mean_lx,rms_lx,p95_lx,worst_lx,worst_point,mean_reference_lx,resolved\n";
-    for (std::size_t k = 0; k <= budget.ingredients.size() + 1; ++k) {
-        const bool is_total = k == budget.ingredients.size(), is_reference = k == budget.ingredients.size() + 1;
-        for (const bool alone : {false, true}) {
-            if (alone && (is_total || is_reference)) continue;
-            const LightState& a = is_total ? budget.method()
-                                  : is_reference ? budget.again
-                                  : alone ? budget.ingredients[k].alone : budget.ingredients[k].in_sequence;
-            const LightState& b = alone || is_total || is_reference ? budget.reference : state_before(budget, k);
-            for (const PointSet& set : point_sets(comparison)) {
-                for (std::size_t c = 0; c < Components::names.size(); ++c) {
-                    const DifferenceStatistics d = difference_statistics(comparison, a, b, c, set);
-                    append(ingredients, "{},{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{}\n",
-                           is_total ? "total" : is_reference ? "reference error" : budget.ingredients[k].name,
-                           is_total || is_reference ? "" : budget.ingredients[k].group, alone ? "alone" : "in sequence",
-                           csv_cell(set.id), Components::names[c], d.points, d.mean_lx + 0.0, d.rms_lx,
-                           d.percentile_95_lx, d.worst_lx + 0.0, csv_cell(d.worst_point), d.mean_reference_lx,
-                           is_total || is_reference ? "" : is_resolved(comparison, k, set) ? "yes" : "no");
-                }
-            }
-        }
-    }
-    std::string rows = "patch,face,x_m,y_m,z_m,area_m2,row_sum_reference,row_sum_again,row_sum_method,exitance_reference_lm_m2,exitance_method_lm_m2\n";
-    const std::vector<double> reference = row_sums(comparison.form_factors.reference), again = row_sums(comparison.form_factors.again),
-                              method = row_sums(comparison.form_factors.method);
-    for (std::size_t p = 0; p < reference.size(); ++p) {
-        const Patch& patch = comparison.grid.patches[p];
-        append(rows, "{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", p,
-               csv_cell(comparison.building.faces[index(patch.face)].name), patch.centroid_m.x, patch.centroid_m.y, patch.centroid_m.z,
-               patch.area_m2, reference[p], again[p], method[p], budget.reference.patch_exitance_lm_m2[p],
-               budget.method().patch_exitance_lm_m2[p]);
-    }
-    std::string sweeps = "parameter,label,value,rms_percent,p95_percent,seconds,seconds_low,seconds_high,pareto\n";
-    for (const Sweep& sweep : comparison.sweeps)
-        for (const SweepPoint& point : sweep.points)
-            append(sweeps, "{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{}\n", sweep.parameter, point.label, point.value,
-                   point.rms_percent, point.percentile_95_percent, point.seconds, point.seconds_low, point.seconds_high,
-                   point.pareto ? "yes" : "no");
-    return {{"points.csv", points}, {"ingredients.csv", ingredients}, {"patches.csv", rows}, {"sweeps.csv", sweeps}};
+    return {{"points.csv", points_csv(comparison)},
+            {"ingredients.csv", ingredients_csv(comparison)},
+            {"patches.csv", compared_patches_csv(comparison)},
+            {"sweeps.csv", sweeps_csv(comparison)}};
 }
 
 }  // namespace naturel

@@ -1,70 +1,19 @@
 #include "cli/csv_writer.h"
 
-#include <fmt/format.h>
-
-#include <cmath>
-#include <iterator>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
+
+#include "cli/csv_table.h"
 
 namespace naturel {
 namespace {
-
-/// Builds a table cell by cell.
-class Table {
-public:
-    explicit Table(std::string_view header) : text_(header) { text_ += '\n'; }
-
-    Table& cell(std::string_view text) {
-        separate();
-        if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-            text_ += text;
-            return *this;
-        }
-        text_ += '"';
-        for (const char c : text)
-            text_.append(c == '"' ? 2 : 1, c);
-        text_ += '"';
-        return *this;
-    }
-    Table& cell(std::size_t number) {
-        separate();
-        fmt::format_to(std::back_inserter(text_), "{}", number);
-        return *this;
-    }
-    Table& cell(double number) {
-        separate();
-        if (!std::isfinite(number)) throw std::logic_error("a result is not a finite number");
-        // + 0.0 turns -0 into 0.
-        fmt::format_to(std::back_inserter(text_), "{:.9g}", number + 0.0);
-        return *this;
-    }
-    Table& cell(std::optional<double> number) { return number ? cell(*number) : cell(std::string_view()); }
-    Table& cell(const glm::dvec3& vector) { return cell(vector.x).cell(vector.y).cell(vector.z); }
-    Table& cell(const Band3& band) { return cell(band.r).cell(band.g).cell(band.b); }
-    void end_row() {
-        text_ += '\n';
-        row_begins_ = true;
-    }
-    std::string take() && { return std::move(text_); }
-
-private:
-    void separate() {
-        if (!row_begins_) text_ += ',';
-        row_begins_ = false;
-    }
-
-    std::string text_;
-    bool row_begins_ = true;
-};
 
 /// Position, normal and the columns of add_values().
 const std::string point_columns =
     "x_m,y_m,z_m,nx,ny,nz,sky_lx,sun_lx,erc_lx,irc_lx,total_lx,total_r_lx,total_g_lx,total_b_lx,"
     "daylight_factor_percent";
 
-void add_values(Table& table, const Result& result, const PointIlluminance& point) {
+void add_values(CsvTable& table, const Result& result, const PointIlluminance& point) {
     const Primaries& primaries = result.primaries;
     table.cell(primaries.luminous(point.direct.sky_lx))
         .cell(primaries.luminous(point.direct.sun_lx))
@@ -78,13 +27,13 @@ void add_values(Table& table, const Result& result, const PointIlluminance& poin
 /// What the ERC is made of: after all other columns, whose order is fixed.
 const std::string erc_columns = ",erc_ground_lx,erc_buildings_lx";
 
-void add_erc(Table& table, const Result& result, const DirectIlluminance& direct) {
+void add_erc(CsvTable& table, const Result& result, const DirectIlluminance& direct) {
     const Components parts = components_of(result.primaries, direct, {});
     table.cell(parts.erc_ground_lx).cell(parts.erc_buildings_lx);
 }
 
 /// As many empty cells: where there is no light to speak of, 0 lx would be a value.
-void add_no_values(Table& table) {
+void add_no_values(CsvTable& table) {
     constexpr int value_columns = 9;
     for (int k = 0; k < value_columns; ++k)
         table.cell(std::string_view());
@@ -105,7 +54,7 @@ std::string_view word(Medium medium) {
 }  // namespace
 
 std::string sensors_csv(const Result& result) {
-    Table table("id,set," + point_columns + ",medium" + erc_columns);
+    CsvTable table("id,set," + point_columns + ",medium" + erc_columns);
     for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
         const Sensor& sensor = result.solution.sensors[k];
         table.cell(std::string_view(sensor.id)).cell(std::string_view(result.scene.sensors[sensor.set].id));
@@ -125,7 +74,7 @@ std::string sensors_csv(const Result& result) {
 }
 
 std::string nodes_csv(const Result& result) {
-    Table table("id,face," + point_columns + erc_columns);
+    CsvTable table("id,face," + point_columns + erc_columns);
     for (std::size_t k = 0; k < result.grid.nodes.size(); ++k) {
         const Node& node = result.grid.nodes[k];
         const Face& face = result.building.faces[index(node.face)];
@@ -138,7 +87,7 @@ std::string nodes_csv(const Result& result) {
 }
 
 std::string patches_csv(const Result& result) {
-    Table table(
+    CsvTable table(
         "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,erc_lx,"
         "irc_lx,"
         "total_lx,total_r_lx,total_g_lx,total_b_lx,exitance_lm_m2,exitance_r_lm_m2,exitance_g_lm_m2,exitance_"

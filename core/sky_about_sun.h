@@ -30,19 +30,16 @@ inline double fast_acos(double c) {
 /// sin(altitude), kept off 0 so that exp(b / s) is defined on the horizon; its limit there is reached long before.
 inline double above_horizon(double s) { return std::max(s, 1e-6); }
 
-/// Integrates luminance x sin(altitude) over the sky, docs/method.md eq. (Sky 6).
-/// In polar coordinates about the sun (chi from it, psi around it from the upward vertical), because there
-/// the integrand has no peak: scattering depends on chi alone. Half of psi is enough, the sky being
-/// symmetrical about the sun's vertical.
-/// luminance(sin_altitude, cos_from_sun) -> double. Nodes per part: 48 leave a relative error below 1e-9 on the clear skies.
-template <class Function>
-double integrate_about_sun(const glm::dvec3& sun, const Function& luminance, int node_count = 64) {
-    const QuadratureRule rule = gauss_legendre(node_count);
-    const double sin_sun = sun.z;
-    const double cos_sun = std::hypot(sun.x, sun.y);
-    const double sun_from_horizon = std::abs(std::atan2(sin_sun, cos_sun));
-    // Circles about the sun up to the first border, and from the second on, lie on one side of the horizon.
-    const std::array<double, 4> borders{0.0, sun_from_horizon, pi - sun_from_horizon, pi};
+/// Integral over the sky in polar coordinates about an axis, where an integrand that peaks at the axis has no peak: chi from the axis,
+/// psi around it from the upward vertical. Circles about the axis lie wholly above the horizon, or cross it.
+/// along_arc(chi, level, swing, half_arc): mean over psi in [0, half_arc] of the integrand, where sin(altitude) = level + swing cos(psi).
+/// One half of psi is integrated; docs/method.md eq. (Sky 6).
+template <class AlongArc>
+double integrate_half_sky_about(const glm::dvec3& axis, const QuadratureRule& rule, const AlongArc& along_arc) {
+    const double sin_axis = axis.z, cos_axis = std::hypot(axis.x, axis.y);
+    const double from_horizon = std::abs(std::atan2(sin_axis, cos_axis));
+    // Circles about the axis up to the first border, and from the second on, lie on one side of the horizon.
+    const std::array<double, 4> borders{0.0, from_horizon, pi - from_horizon, pi};
     double sum = 0.0;
     for (std::size_t part = 0; part + 1 < borders.size(); ++part) {
         const double width = borders[part + 1] - borders[part];
@@ -52,20 +49,30 @@ double integrate_about_sun(const glm::dvec3& sun, const Function& luminance, int
             const double t = rule.nodes[i];
             const double chi = borders[part] + width * t * t * (3.0 - 2.0 * t);
             const double dchi = width * 6.0 * t * (1.0 - t) * rule.weights[i];
-
             // sin(altitude) = level + swing cos(psi), positive for psi in [0, half_arc)
-            const double level = sin_sun * std::cos(chi), swing = cos_sun * std::sin(chi);
+            const double level = sin_axis * std::cos(chi), swing = cos_axis * std::sin(chi);
             if (level <= -swing) continue;
             const double half_arc = level >= swing ? pi : std::acos(-level / swing);
-            double arc_sum = 0.0;
-            for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
-                const double s = level + swing * std::cos(half_arc * rule.nodes[k]);
-                arc_sum += rule.weights[k] * s * luminance(s, std::cos(chi));
-            }
-            sum += dchi * std::sin(chi) * 2.0 * half_arc * arc_sum;
+            sum += dchi * std::sin(chi) * half_arc * along_arc(chi, level, swing, half_arc);
         }
     }
     return sum;
+}
+
+/// Integrates luminance x sin(altitude) over the sky about the sun: scattering depends on chi alone. Half of psi is enough, the sky
+/// being symmetrical about the sun's vertical.
+/// luminance(sin_altitude, cos_from_sun) -> double. Nodes per part: 48 leave a relative error below 1e-9 on the clear skies.
+template <class Function>
+double integrate_about_sun(const glm::dvec3& sun, const Function& luminance, int node_count = 64) {
+    const QuadratureRule rule = gauss_legendre(node_count);
+    return 2.0 * integrate_half_sky_about(sun, rule, [&](double chi, double level, double swing, double half_arc) {
+        double mean = 0.0;
+        for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
+            const double s = level + swing * std::cos(half_arc * rule.nodes[k]);
+            mean += rule.weights[k] * s * luminance(s, std::cos(chi));
+        }
+        return mean;
+    });
 }
 
 /// Function: double (double sin_altitude, double cos_from_sun) const.

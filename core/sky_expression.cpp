@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "core/gauss_legendre.h"
+#include "core/sky_about_sun.h"
 #include "core/parallel.h"
 #include "core/sky_shape.h"
 #include "core/sun.h"
@@ -136,37 +136,22 @@ dvec3 to_world(const dvec3& d, double north_rad) {
 /// As integrate_about_sun() (core/sky_about_sun.h), but luminance may depend on every direction.
 template <class Function>
 double integrate_about(const dvec3& axis, const Function& luminance) {
-    constexpr int node_count = 64;
-    const QuadratureRule rule = gauss_legendre(node_count);
-    const double sin_axis = axis.z, cos_axis = std::hypot(axis.x, axis.y);
+    const QuadratureRule rule = gauss_legendre(64);
+    const double cos_axis = std::hypot(axis.x, axis.y);
     // u rises from the axis towards the zenith (towards the north if the axis is the zenith), v is level.
     const dvec3 v = cos_axis > 1e-9 ? dvec3(axis.y, -axis.x, 0.0) / cos_axis : dvec3(1.0, 0.0, 0.0);
     const dvec3 u = glm::cross(v, axis);
-    const double from_horizon = std::abs(std::atan2(sin_axis, cos_axis));
-    const std::array<double, 4> borders{0.0, from_horizon, pi - from_horizon, pi};
-    double sum = 0.0;
-    for (std::size_t part = 0; part + 1 < borders.size(); ++part) {
-        const double width = borders[part + 1] - borders[part];
-        for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
-            const double t = rule.nodes[i];
-            const double chi = borders[part] + width * t * t * (3.0 - 2.0 * t);
-            const double dchi = width * 6.0 * t * (1.0 - t) * rule.weights[i];
-            const double level = sin_axis * std::cos(chi), swing = cos_axis * std::sin(chi);
-            if (level <= -swing) continue;
-            const double half_arc = level >= swing ? pi : std::acos(-level / swing);
-            double arc_sum = 0.0;
-            for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
-                for (const double side : {-1.0, 1.0}) {
-                    const double psi = side * half_arc * rule.nodes[k];
-                    const dvec3 direction =
-                        std::cos(chi) * axis + std::sin(chi) * (std::cos(psi) * u + std::sin(psi) * v);
-                    arc_sum += rule.weights[k] * direction.z * luminance(direction);
-                }
+    return integrate_half_sky_about(axis, rule, [&](double chi, double, double, double half_arc) {
+        double mean = 0.0;  // of both halves together
+        for (std::size_t k = 0; k < rule.nodes.size(); ++k) {
+            for (const double side : {-1.0, 1.0}) {
+                const double psi = side * half_arc * rule.nodes[k];
+                const dvec3 direction = std::cos(chi) * axis + std::sin(chi) * (std::cos(psi) * u + std::sin(psi) * v);
+                mean += rule.weights[k] * direction.z * luminance(direction);
             }
-            sum += dchi * std::sin(chi) * half_arc * arc_sum;
         }
-    }
-    return sum;
+        return mean;
+    });
 }
 
 class ExpressionSky final : public SkyShape {
