@@ -18,7 +18,8 @@ namespace {
 
 using glm::dvec3;
 
-/// Rows of pixels that are drawn at a time: the facets of their samples are all that is in memory.
+/// Rows of pixels that are drawn at a time: the facets of their samples are all that is in memory. A power of two: blocks as high
+/// as this are halved down to pixels.
 constexpr int band_rows = 8;
 
 /// Points on surfaces are lifted off them by this for gathering, as sensors are.
@@ -74,26 +75,74 @@ public:
         FormFactorRow row;
     };
 
-    struct Pixel {
-        Band3 luminance_cd_m2{};
-        Band3 illuminance_lx = grey(std::numeric_limits<double>::quiet_NaN());
-        double coverage = 0.0;
+    /// Pixels of a band that are painted together.
+    struct Block {
+        int column = 0, row = 0, columns = 0, rows = 0;
     };
 
-    /// seen: facets of the samples, from the first one of the pixel on; rows are as long as the picture.
-    Pixel paint(int column, int row, const FacetId* seen, Scratch& scratch) const {
+    /// Paints a block: at once where all of it shows one thing, else in quarters. first_row: of the band, whose samples are in `scratch`.
+    void paint(const Block& block, int first_row, Scratch& scratch, Picture& picture) const {
+        if (block.columns <= 0 || block.rows <= 0) return;
+        const auto all = look_of_all(block, first_row, scratch);
+        if (all || (block.columns == 1 && block.rows == 1)) {
+            for (int row = block.row; row < block.row + block.rows; ++row)
+                for (int column = block.column; column < block.column + block.columns; ++column)
+                    paint_pixel(column, row, all, first_row, scratch, picture);
+            return;
+        }
+        const int columns = (block.columns + 1) / 2, rows = (block.rows + 1) / 2;
+        for (const Block& quarter : {Block{block.column, block.row, columns, rows},
+                                     Block{block.column + columns, block.row, block.columns - columns, rows},
+                                     Block{block.column, block.row + rows, columns, block.rows - rows},
+                                     Block{block.column + columns, block.row + rows, block.columns - columns, block.rows - rows}})
+            paint(quarter, first_row, scratch, picture);
+    }
+
+private:
+    struct Sums {
+        Band3 luminance_cd_m2{}, illuminance_lx{};
+        int shown = 0, on_surfaces = 0;
+    };
+
+    FacetId facet_seen(const Scratch& scratch, int first_row, int column, int row) const {
+        const auto line = static_cast<std::size_t>(row - first_row * samples_per_side_);
+        return scratch.seen[line * static_cast<std::size_t>(camera_.width) + static_cast<std::size_t>(column)];
+    }
+
+    /// What all samples of a block meet, where that is one thing whose light is smooth.
+    std::optional<Look> look_of_all(const Block& block, int first_row, const Scratch& scratch) const {
+        const int n = samples_per_side_, left = block.column * n, top = block.row * n;
+        const int right = left + block.columns * n - 1, bottom = top + block.rows * n - 1;
+        // What one plane shows of a rectangle of a flat picture is convex, and so are patches and the parts of apertures. In a round
+        // one this holds for what is small.
+        const bool flat = camera_.kind == ViewKind::perspective || camera_.kind == ViewKind::parallel;
+        if (!flat && (block.columns > 1 || block.rows > 1)) return {};
+        if (!camera_.cut_planes.empty()) return {};  // solids may be cut anywhere
+        if (sun_.may_show(left, right + 1, top, bottom + 1)) return {};
+        const FacetId facet = facet_seen(scratch, first_row, left, top);
+        for (int row = top; row <= bottom; ++row)
+            for (int column = left; column <= right; ++column)
+                if (facet_seen(scratch, first_row, column, row) != facet) return {};
+        const auto corner = [&](int column, int row) { return look(camera_.ray(column + 0.5, row + 0.5), column, row, facet); };
+        const Look first = corner(left, top);
+        if (first.kind == Look::Kind::sky && !solution_.outdoors.sky.is_smooth()) return {};
+        if (direct_ && !grid_.follows_zones && solution_.outdoors.direct_normal_illuminance_lx > 0.0) return {};
+        if (first != corner(right, top) || first != corner(left, bottom) || first != corner(right, bottom)) return {};
+        return first;
+    }
+
+    /// all: what the samples of the pixel meet, where that is one thing.
+    void paint_pixel(int column, int row, const std::optional<Look>& all, int first_row, Scratch& scratch, Picture& picture) const {
         const int n = samples_per_side_, left = column * n, top = row * n;
-        const auto facet = [&](int i, int j) { return seen[static_cast<std::ptrdiff_t>(j) * camera_.width + i]; };
         scratch.samples.clear();
-        if (const auto all = look_of_all(left, top, facet)) {
+        if (all) {
             scratch.samples.push_back({.ray = camera_.ray(left + 0.5 * n, top + 0.5 * n), .look = *all, .count = n * n});
         } else {
-            for (int j = 0; j < n; ++j) {
-                for (int i = 0; i < n; ++i) {
-                    Sample sample{.ray = camera_.ray(left + i + 0.5, top + j + 0.5)};
-                    sample.look = look(sample.ray, left + i, top + j, facet(i, j));
-                    if (sample.look.kind == Look::Kind::sky)
-                        sample.sun_cd_m2 = sun_.luminance_cd_m2(left + i, top + j, sample.ray.direction);
+            for (int j = top; j < top + n; ++j) {
+                for (int i = left; i < left + n; ++i) {
+                    Sample sample{.ray = camera_.ray(i + 0.5, j + 0.5)};
+                    sample.look = look(sample.ray, i, j, facet_seen(scratch, first_row, i, j));
+                    if (sample.look.kind == Look::Kind::sky) sample.sun_cd_m2 = sun_.luminance_cd_m2(i, j, sample.ray.direction);
                     scratch.samples.push_back(sample);
                 }
             }
@@ -109,37 +158,11 @@ public:
 
         Sums sums;
         for (const Sample& sample : scratch.samples) add(sample, sums);
-        Pixel pixel;
-        if (sums.shown > 0) pixel.luminance_cd_m2 = 1.0 / sums.shown * sums.luminance_cd_m2;
-        if (sums.on_surfaces > 0) pixel.illuminance_lx = 1.0 / sums.on_surfaces * sums.illuminance_lx;
-        pixel.coverage = static_cast<double>(sums.shown) / (n * n);
-        return pixel;
-    }
-
-private:
-    struct Sums {
-        Band3 luminance_cd_m2{}, illuminance_lx{};
-        int shown = 0, on_surfaces = 0;
-    };
-
-    /// What all samples of a pixel meet, where that is one thing whose light is smooth.
-    template <class Facet>
-    std::optional<Look> look_of_all(int left, int top, const Facet& facet) const {
-        const int n = samples_per_side_, last = n - 1;
-        if (n == 1 || sun_.may_show(left, left + n, top, top + n)) return {};
-        for (int j = 0; j < n; ++j)
-            for (int i = 0; i < n; ++i)
-                if (facet(i, j) != facet(0, 0)) return {};
-        // What one plane shows of a pixel is convex, and so are patches and the parts of apertures.
-        const auto corner = [&](int i, int j) {
-            return look(camera_.ray(left + i + 0.5, top + j + 0.5), left + i, top + j, facet(i, j));
-        };
-        const Look first = corner(0, 0);
-        if (first.kind == Look::Kind::sky && !solution_.outdoors.sky.is_smooth()) return {};
-        if (direct_ && !grid_.follows_zones && solution_.outdoors.direct_normal_illuminance_lx > 0.0) return {};
-        if (first != corner(last, 0) || first != corner(0, last) || first != corner(last, last)) return {};
-        if (!camera_.cut_planes.empty() && first.kind != Look::Kind::nothing) return {};  // solids may be cut anywhere
-        return first;
+        const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(column);
+        if (sums.shown > 0) picture.luminance_cd_m2[pixel] = 1.0 / sums.shown * sums.luminance_cd_m2;
+        picture.illuminance_lx[pixel] =
+            sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx : grey(std::numeric_limits<double>::quiet_NaN());
+        picture.coverage[pixel] = static_cast<float>(sums.shown) / static_cast<float>(n * n);
     }
 
     /// seen: what view_facets() found along the ray.
@@ -309,21 +332,11 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
     const auto bands = static_cast<std::size_t>((view.height + band_rows - 1) / band_rows);
     parallel_stage("picture", bands, 1, progress, [&](std::size_t band) {
         const int begin = static_cast<int>(band) * band_rows, end = std::min(begin + band_rows, view.height);
-        const auto row_samples = static_cast<std::size_t>(n) * static_cast<std::size_t>(samples.width);
         Painter::Scratch& scratch = scratches.local();
-        std::vector<FacetId>& seen = scratch.seen;
-        seen.resize(static_cast<std::size_t>(end - begin) * row_samples);
-        visibility.view_facets(samples, begin * n, end * n, seen);
-        for (int row = begin; row < end; ++row) {
-            for (int column = 0; column < view.width; ++column) {
-                const FacetId* const first = seen.data() + static_cast<std::size_t>(row - begin) * row_samples + static_cast<std::size_t>(column * n);
-                const Painter::Pixel painted = painter.paint(column, row, first, scratch);
-                const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(column);
-                picture.luminance_cd_m2[pixel] = painted.luminance_cd_m2;
-                picture.illuminance_lx[pixel] = painted.illuminance_lx;
-                picture.coverage[pixel] = static_cast<float>(painted.coverage);
-            }
-        }
+        scratch.seen.resize(static_cast<std::size_t>((end - begin) * n) * static_cast<std::size_t>(samples.width));
+        visibility.view_facets(samples, begin * n, end * n, scratch.seen);
+        for (int column = 0; column < view.width; column += band_rows)
+            painter.paint({column, begin, std::min(band_rows, view.width - column), end - begin}, begin, scratch, picture);
     });
     return picture;
 }

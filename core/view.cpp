@@ -47,7 +47,7 @@ Camera::Ray Camera::ray(double column, double row) const {
     if (kind == ViewKind::panorama) {
         const double azimuth_rad = (2 * column / width - 1) * pi, altitude_rad = (0.5 - row / height) * pi;
         const dvec3 level = std::cos(azimuth_rad) * forward + std::sin(azimuth_rad) * right;
-        return {eye_m, glm::normalize(std::cos(altitude_rad) * level + std::sin(altitude_rad) * up)};
+        return {eye_m, std::cos(altitude_rad) * level + std::sin(altitude_rad) * up};
     }
     const DiscPoint point = disc_point(*this, column, row);
     const dvec3 aside = point.x * right + point.y * up;
@@ -55,7 +55,7 @@ Camera::Ray Camera::ray(double column, double row) const {
     if (kind == ViewKind::perspective) return {eye_m, glm::normalize(forward + aside)};
     const double radius = point.radius(), angle_rad = angle_from_axis(*this, radius);
     if (radius == 0) return {eye_m, forward};
-    return {eye_m, glm::normalize(std::cos(angle_rad) * forward + std::sin(angle_rad) / radius * aside)};
+    return {eye_m, std::cos(angle_rad) * forward + std::sin(angle_rad) / radius * aside};
 }
 
 bool Camera::shows(double column, double row) const {

@@ -114,8 +114,12 @@ void RoundView::draw_block(const FacetSet& facets, const Camera& camera, const B
 FacetId RoundView::seen_along(const FacetSet& facets, const Camera& camera, const dvec3& direction, const ProjectionCells& cells) const {
     const ProjectionAxes& axes = buffer_.projection().axes;
     const double depth = glm::dot(direction, axes.forward);
-    const int row = cells.row_of(glm::dot(direction, axes.up) / depth);
-    const int column = cells.column_of(row, glm::dot(direction, axes.right) / depth);
+    // The cells are uniform, and the drawing is wider than all rays.
+    const auto place = [&](const glm::dvec3& axis, double begin, int count) {
+        return std::clamp(static_cast<int>((glm::dot(direction, axis) / depth - begin) * count / (-2 * begin)), 0, count - 1);
+    };
+    const int row = place(axes.up, cells.row_lines.front(), cells.rows);
+    const int column = place(axes.right, cells.column_lines.front(), cells.columns);
     const ItemCode own = buffer_.codes(row)[column];
     std::array<ItemCode, 9> others;  // the own cell comes last
     std::size_t count = 0;

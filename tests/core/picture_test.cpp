@@ -299,3 +299,125 @@ TEST_CASE("pictures are the same bits for any number of threads", "[picture][emb
         }
     }
 }
+
+namespace {
+
+Painted solved(const Scene& scene, const Backend& backend, const DaylightOptions& options = {}) {
+    Painted painted(scene, backend, smooth_lx);
+    painted.solution = compute_daylight(scene, painted.building, painted.grid, *painted.visibility, options, Painted::quiet());
+    return painted;
+}
+
+/// Sum of L cos(theta) dOmega over a fisheye.
+double illuminance_lx(const Picture& picture, const View& view) {
+    const Camera camera = make_camera(view);
+    double sum = 0;
+    for (int row = 0; row < view.height; ++row) {
+        for (int column = 0; column < view.width; ++column) {
+            const auto pixel = static_cast<std::size_t>(row * view.width + column);
+            const double cosine = std::max(0.0, glm::dot(camera.ray(column + 0.5, row + 0.5).direction, camera.forward));
+            sum += picture.luminance_cd_m2[pixel].g * cosine * pixel_solid_angle_sr(camera, column, row) * static_cast<double>(picture.coverage[pixel]);
+        }
+    }
+    return sum;
+}
+
+/// A sunny room with a window and a table against the wall, on a coarse grid.
+Scene sunny_room() {
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.glazings.push_back({.name = "glass", .normal_transmittance = {0.8, 0.7, 0.6}});
+    scene.polyhedra.push_back(box("window", Effect::carve, {0.5, -0.5, 0.9}, {2.5, 0, 2.2}));
+    scene.polyhedra.back().glazing = make_id<GlazingId>(1);
+    scene.polyhedra.push_back(box("table", Effect::fill, {2.2, 1, 0.7}, {3, 2.5, 0.75}));
+    scene.sky = {.model = SkyModel::cie_clear, .horizontal_illuminance_lx = 12000.0};
+    scene.sun = SunDescription{.altitude_rad = 0.5, .azimuth_rad = 2.9, .direct_normal_illuminance_lx = 60000.0};
+    scene.grid.spacing_m = 0.5;
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    if (backend.name == "single plane") return;  // its rows leave out what is below the rim
+    // In the sun, and out of it; level, and up. The sun is a point: where the cosine falls fast, it should be that of the sun, not of
+    // the middle of its pixel.
+    Scene scene = sunny_room();
+    scene.grid.spacing_m = 1.0;
+    scene.sensors = {{.id = "eye", .points = {{{1.3, 1.2, 1.1}, {0, -1, 0}}, {{0.4, 3, 1.2}, glm::normalize(dvec3(1, -1, 0))}, {{0.5, 3, 1.1}, {0, 0, 1}}}}};
+    const Painted painted = solved(scene, backend);
+    CHECK(painted.solution.sensor_values[0].direct.sun_lx.g > 10000);
+    CHECK(painted.solution.sensor_values[1].direct.sun_lx.g == 0);
+    for (std::size_t s = 0; s < 3; ++s) {
+        const Sensor& sensor = painted.solution.sensors[s];
+        for (const FisheyeProjection projection : {FisheyeProjection::equidistant, FisheyeProjection::equal_area}) {
+            const View view{.id = "", .kind = ViewKind::fisheye, .projection = projection, .from_m = sensor.point.position_m,
+                            .to_m = sensor.point.position_m + sensor.point.normal, .up = sensor.point.normal.z > 0.5 ? dvec3(0, 1, 0) : dvec3(0, 0, 1),
+                            .field_of_view_rad = pi, .width = 100, .height = 100, .samples = 4};
+            INFO("sensor " << s << ", projection " << static_cast<int>(projection));
+            // What is asked for. Sampling of the window's outline at this size, and of the sensor's own rows, take most of it.
+            CHECK_THAT(illuminance_lx(painted.draw(view), view), WithinRel(painted.solution.sensor_values[s].total_lx().g, 5e-3));
+        }
+    }
+}
+
+TEST_CASE("a gathered pixel shows what a sensor at its point measures", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = sunny_room();
+    scene.grid.spacing_m = 1.0;
+    const Painted painted = solved(scene, backend);
+    const View view{.id = "", .from_m = {0.4, 3.4, 1.6}, .to_m = {2.6, 1, 0.5}, .field_of_view_rad = 1.3, .width = 9, .height = 7, .samples = 1,
+                    .quality = PictureQuality::gather};
+    const Picture picture = painted.draw(view);
+    const Camera camera = make_camera(view);
+    std::vector<FacetId> seen(9 * 7);
+    painted.visibility->view_facets(camera, 0, 7, seen);
+    std::vector<Sensor> sensors;
+    std::vector<double> found_lx;
+    for (int k = 0; k < 9 * 7; ++k) {
+        const FacetId id = seen[static_cast<std::size_t>(k)];
+        if (id == FacetId::none || painted.building.facets[index(id)].environment == Environment::outdoor) continue;
+        const Facet& facet = painted.building.facets[index(id)];
+        const Camera::Ray ray = camera.ray(k % 9 + 0.5, k / 9 + 0.5);
+        const double distance_m = glm::dot(facet.normal, facet.vertices_m[0] - ray.origin_m) / glm::dot(facet.normal, ray.direction);
+        sensors.push_back({.point = {ray.origin_m + distance_m * ray.direction + 1e-5 * facet.normal, facet.normal}});
+        found_lx.push_back(picture.illuminance_lx[static_cast<std::size_t>(k)].g);
+    }
+    const std::vector<PointIlluminance> values =
+        light_on_sensors(painted.scene, painted.building, painted.grid, *painted.visibility, painted.solution.outdoors,
+                         painted.solution.radiosity, {}, sensors, Painted::quiet());
+    REQUIRE(sensors.size() > 40);
+    int in_sun = 0;
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+        CHECK_THAT(found_lx[s], WithinRel(values[s].total_lx().g, 1e-9));
+        in_sun += values[s].direct.sun_lx.g > 0.0;
+    }
+    CHECK(in_sun > 0);
+}
+
+TEST_CASE("on a coarse grid a gathered picture is nearer to that of a fine grid than an interpolated one", "[picture][embree][slow]") {
+    // By one method: it is about the grid.
+    const Backend backend = all_backends().back();
+    Scene scene = sunny_room();
+    scene.sun->direct_normal_illuminance_lx = 0.0;
+    scene.grid.spacing_m = 0.1;
+    View view{.id = "", .from_m = {0.4, 3.4, 1.6}, .to_m = {2.6, 1, 0.5}, .field_of_view_rad = 1.3, .width = 16, .height = 12, .samples = 1};
+    const Picture fine = solved(scene, backend).draw(view);
+    scene.grid.spacing_m = 1.0;
+    const Painted coarse = solved(scene, backend);
+    const auto error = [&](PictureQuality quality) {
+        view.quality = quality;
+        const Picture picture = coarse.draw(view);
+        double sum = 0, all = 0;
+        for (std::size_t k = 0; k < picture.luminance_cd_m2.size(); ++k) {
+            sum += std::abs(picture.luminance_cd_m2[k].g - fine.luminance_cd_m2[k].g);
+            all += fine.luminance_cd_m2[k].g;
+        }
+        return sum / all;
+    };
+    const double interpolated = error(PictureQuality::interpolated), gathered = error(PictureQuality::gather);
+    INFO(interpolated << " " << gathered);
+    CHECK(gathered < 0.25 * interpolated);
+}
