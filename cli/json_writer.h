@@ -5,22 +5,10 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/stage_clock.h"
+#include "cli/view_writer.h"
 
 namespace naturel {
-
-/// A picture that was written, for the summary.
-struct WrittenView {
-    std::string id;
-    std::vector<std::string> files;      ///< EXR, PNG and, if asked for, PNG in false colour
-    double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
-    PictureOptions options{};
-};
-
-/// One stage of a run and how long it took.
-struct StageTime {
-    std::string stage;
-    double seconds = 0.0;
-};
 
 // Texts of the JSON files. Keys keep their order; a number that is not finite is an internal fault.
 
