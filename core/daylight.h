@@ -5,6 +5,7 @@
 #include "core/form_factors.h"
 #include "core/radiosity.h"
 #include "core/sensors.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
 
@@ -51,7 +52,7 @@ struct DaylightSolution {
     RadiositySolution radiosity{};
     FormFactorQuality form_factor_quality{};
     FormFactorRepair repair = FormFactorRepair::reciprocal;  ///< of rows: what collect() at another point needs
-    std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
+    std::vector<StageTime> stages{};  ///< what each step took
 };
 
 // The steps of the calculation. Form factors (compute_form_factors) depend on geometry alone: one set serves every sky, sun and
