@@ -51,6 +51,7 @@ struct DaylightSolution {
     std::vector<PointIlluminance> sensor_values{};      ///< [sensors]
     RadiositySolution radiosity{};
     FormFactorQuality form_factor_quality{};
+    FormFactorRepair repair = FormFactorRepair::reciprocal;  ///< of rows: what collect() at another point needs
     std::vector<StageTime> stages{};  ///< what each step took
 };
 
