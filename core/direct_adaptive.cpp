@@ -61,11 +61,13 @@ double fifth_degree_error(double difference, double value) {
     return value > 0.0 ? difference * std::clamp(20.0 * difference / value, 0.1, 1.0) : difference;
 }
 
-class Integration {
+/// The view from a point in parts that show one thing each: geometry alone.
+class ViewDivision {
 public:
-    Integration(const GatherPoint& point, const DirectionalLight& light, const FacetTree& tree, double tolerance,
-                const Visibility& visibility, AdaptiveScratch& scratch)
-        : point_(point), light_(light), tree_(tree), visibility_(visibility), memory_(scratch), tolerance_(tolerance) {
+    /// Pieces that a relative error of `tolerance` would not show are not cut out.
+    ViewDivision(const GatherPoint& point, const Outlook& outlook, const FacetTree& tree, double tolerance, const Visibility& visibility,
+                 AdaptiveScratch& scratch)
+        : point_(point), outlook_(outlook), tree_(tree), visibility_(visibility), memory_(scratch), tolerance_(tolerance) {
         memory_.parts.clear();
         memory_.corners.clear();
         memory_.elements.clear();
@@ -108,20 +110,33 @@ public:
         }
     }
 
-    SkyAndOutdoors run() {
-        if (memory_.parts.empty()) return {};
-        look();
-        find_bright_spot();
-        for (std::uint32_t p = 0; p < memory_.parts.size(); ++p) add_elements(p);
-        std::size_t estimated = 0;
-        for (int round = 0;; ++round) {
-            estimate(estimated);
-            if (round == max_rounds || !refine(estimated)) break;
+    /// Asks what is seen in every part. Where the answers differ, as those of a projection do for what is no larger than its cells, the
+    /// triangles over the sides of a part are parts of their own.
+    void look() {
+        for (const ViewPart& part : memory_.parts) {
+            const std::span<const glm::dvec3> corners = corners_of(part);
+            const glm::dvec3 middle = middle_of(corners);
+            for (std::size_t k = 0; k < corners.size(); ++k)
+                memory_.rays.push_back(glm::normalize(middle + corners[k] + corners[(k + 1) % corners.size()]));
         }
-        SkyAndOutdoors sum;
-        for (const ApertureElement& element : memory_.elements) sum.add(element.value);
-        return sum;
+        memory_.seen.resize(memory_.rays.size());
+        visibility_.first_seen(point_, memory_.rays, memory_.seen);
+        const FacetId* seen = memory_.seen.data();
+        const std::size_t count = memory_.parts.size();
+        for (std::size_t p = 0; p < count; ++p) {
+            const ViewPart part = memory_.parts[p];
+            memory_.parts[p].seen = seen[0];
+            if (!part.mixed && std::any_of(seen, seen + part.count, [&](FacetId other) { return other != seen[0]; })) divide(p, seen);
+            seen += part.count;
+        }
     }
+
+    const GatherPoint& point() const { return point_; }
+    const Visibility& visibility() const { return visibility_; }
+    bool is_empty() const { return memory_.parts.empty(); }
+    bool is_dark(const ViewPart& part) const { return !part.mixed && outlook_.is_dark(middle_of(corners_of(part)), part.seen); }
+    std::span<const glm::dvec3> corners_of(const ViewPart& part) const { return {memory_.corners.data() + part.first, part.count}; }
+    double projected_solid_angle_sr() const { return all_parts_sr_; }
 
 private:
     static bool is_small(std::span<const glm::dvec3> polygon) {
@@ -151,7 +166,7 @@ private:
         pieces.start(polygon, least_share * tolerance_ * projected_sr);
         tree_.find(point_.position_m, memory_.inwards, memory_.facets);
         for (const FacetTree::Found& facet : memory_.facets) pieces.cut_along(point_.position_m, tree_, facet);
-        light_.cut_further(point_.position_m, aperture, pieces);
+        outlook_.cut_further(point_.position_m, aperture, pieces);
         for (const ViewPieces::Piece& piece : pieces.pieces()) {
             const std::span<const glm::dvec3> corners = pieces.directions_of(piece);
             memory_.parts.push_back({.aperture = aperture,
@@ -162,33 +177,10 @@ private:
         }
     }
 
-    std::span<const glm::dvec3> corners_of(const ViewPart& part) const { return {memory_.corners.data() + part.first, part.count}; }
-
     static glm::dvec3 middle_of(std::span<const glm::dvec3> corners) {
         glm::dvec3 sum{};
         for (const glm::dvec3& corner : corners) sum += corner;
         return glm::normalize(sum);
-    }
-
-    /// Asks what is seen in every part, once for each of its sides. Where the answers differ, as those of a projection do for what is
-    /// no larger than its cells, the triangles over the sides are parts of their own.
-    void look() {
-        for (const ViewPart& part : memory_.parts) {
-            const std::span<const glm::dvec3> corners = corners_of(part);
-            const glm::dvec3 middle = middle_of(corners);
-            for (std::size_t k = 0; k < corners.size(); ++k)
-                memory_.rays.push_back(glm::normalize(middle + corners[k] + corners[(k + 1) % corners.size()]));
-        }
-        memory_.seen.resize(memory_.rays.size());
-        visibility_.first_seen(point_, memory_.rays, memory_.seen);
-        const FacetId* seen = memory_.seen.data();
-        const std::size_t count = memory_.parts.size();
-        for (std::size_t p = 0; p < count; ++p) {
-            const ViewPart part = memory_.parts[p];
-            memory_.parts[p].seen = seen[0];
-            if (!part.mixed && std::any_of(seen, seen + part.count, [&](FacetId other) { return other != seen[0]; })) divide(p, seen);
-            seen += part.count;
-        }
     }
 
     /// seen: [corners of the part].
@@ -207,6 +199,35 @@ private:
         }
     }
 
+    const GatherPoint& point_;
+    const Outlook& outlook_;
+    const FacetTree& tree_;
+    const Visibility& visibility_;
+    AdaptiveScratch& memory_;
+    double tolerance_;
+    double all_parts_sr_ = 0.0;  // projected solid angle
+};
+
+class Integration {
+public:
+    /// view: has looked.
+    Integration(const ViewDivision& view, const DirectionalLight& light, double tolerance, AdaptiveScratch& scratch)
+        : view_(view), point_(view.point()), light_(light), memory_(scratch), tolerance_(tolerance) {}
+
+    SkyAndOutdoors run() {
+        find_bright_spot();
+        for (std::uint32_t p = 0; p < memory_.parts.size(); ++p) add_elements(p);
+        std::size_t estimated = 0;
+        for (int round = 0;; ++round) {
+            estimate(estimated);
+            if (round == max_rounds || !refine(estimated)) break;
+        }
+        SkyAndOutdoors sum;
+        for (const ApertureElement& element : memory_.elements) sum.add(element.value);
+        return sum;
+    }
+
+private:
     /// The sun's surroundings, where the sky is clear there.
     void find_bright_spot() {
         const OutdoorLight& outdoors = light_.outdoors();
@@ -223,8 +244,8 @@ private:
     /// Divides a part that is not dark into triangles of moderate size.
     void add_elements(std::uint32_t id) {
         const ViewPart& part = memory_.parts[id];
-        const std::span<const glm::dvec3> corners = corners_of(part);
-        if (!part.mixed && light_.is_dark(middle_of(corners), part.seen)) return;
+        const std::span<const glm::dvec3> corners = view_.corners_of(part);
+        if (view_.is_dark(part)) return;
         const std::size_t first = memory_.elements.size();
         if (bright_spot_ && contains(corners, *bright_spot_)) {
             // Luminance has a cusp there: at a corner it does no harm.
@@ -297,7 +318,7 @@ private:
             memory_.rays.insert(memory_.rays.end(), directions.begin(), directions.end());
         }
         memory_.seen.resize(memory_.rays.size());
-        if (!memory_.rays.empty()) visibility_.first_seen(point_, memory_.rays, memory_.seen);
+        if (!memory_.rays.empty()) view_.visibility().first_seen(point_, memory_.rays, memory_.seen);
         const FacetId* seen = memory_.seen.data();
         for (std::size_t i = first; i < memory_.elements.size(); ++i) {
             ApertureElement& element = memory_.elements[i];
@@ -363,7 +384,7 @@ private:
             smooth_error += element.smooth_error_lx;
             squared_edge_error += element.edge_error_lx * element.edge_error_lx;
         }
-        const double unobstructed = all_parts_sr_ * light_.outdoors().horizontal_illuminance().value / pi;
+        const double unobstructed = view_.projected_solid_angle_sr() * light_.outdoors().horizontal_illuminance().value / pi;
         const double allowed = tolerance_ * std::max(sum, negligible_share * unobstructed);
         const auto total = [&] { return smooth_error + confidence * std::sqrt(std::max(0.0, squared_edge_error)); };
         if (!(total() > allowed)) return false;
@@ -411,30 +432,38 @@ private:
         }
     }
 
+    const ViewDivision& view_;
     const GatherPoint& point_;
     const DirectionalLight& light_;
-    const FacetTree& tree_;
-    const Visibility& visibility_;
     AdaptiveScratch& memory_;
     double tolerance_;
-    double all_parts_sr_ = 0.0;  // projected solid angle
     std::optional<glm::dvec3> bright_spot_;
 };
+
+SkyAndOutdoors integrate(ViewDivision& view, const DirectionalLight& light, double tolerance, AdaptiveScratch& scratch) {
+    if (view.is_empty()) return {};
+    view.look();
+    return Integration(view, light, tolerance, scratch).run();
+}
+
+void add_apertures(ViewDivision& view, std::span<const Opening> openings) {
+    for (std::size_t k = 0; k < openings.size(); ++k) view.add_aperture(k, openings[k]);
+}
 
 }  // namespace
 
 SkyAndOutdoors integrate_adaptively(const GatherPoint& point, const ApertureLight& light, const FacetTree& tree, double tolerance,
                                     const Visibility& visibility, AdaptiveScratch& scratch) {
-    Integration integration(point, light, tree, tolerance, visibility, scratch);
-    for (std::size_t k = 0; k < light.openings().size(); ++k) integration.add_aperture(k, light.openings()[k]);
-    return integration.run();
+    ViewDivision view(point, light.outlook(), tree, tolerance, visibility, scratch);
+    add_apertures(view, light.openings());
+    return integrate(view, light, tolerance, scratch);
 }
 
 SkyAndOutdoors integrate_open_air(const GatherPoint& point, const OpenAirLight& light, const FacetTree& tree, double tolerance,
                                   const Visibility& visibility, AdaptiveScratch& scratch) {
-    Integration integration(point, light, tree, tolerance, visibility, scratch);
-    integration.add_open_air();
-    return integration.run();
+    ViewDivision view(point, light.outlook(), tree, tolerance, visibility, scratch);
+    view.add_open_air();
+    return integrate(view, light, tolerance, scratch);
 }
 
 }  // namespace naturel
