@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "embree_backend/wide.h"
+#include "core/wide.h"
 
 namespace naturel {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "embree_backend/wide.h"
+#include "core/wide.h"
 
 namespace naturel {
 
