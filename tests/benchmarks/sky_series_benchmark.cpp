@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <map>
 
 #include "core/parallel.h"
 #include "core/scene_reader.h"
@@ -18,6 +19,21 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 double wall_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
+
+/// CPU time of each stage, ms.
+class StageCosts final : public Progress {
+public:
+    void begin(std::string_view stage, std::size_t) override { name_ = stage, start_ = cpu_seconds(); }
+    void advance(std::size_t) override {}
+    void end() override { milliseconds[name_] += 1e3 * (cpu_seconds() - start_); }
+    bool interrupted() const override { return false; }
+
+    std::map<std::string, double> milliseconds;
+
+private:
+    std::string name_;
+    double start_ = 0.0;
+};
 
 /// Suns all over the southern sky, with the clear or cloudy skies that go with them.
 std::vector<Scene> jobs_of(const Scene& base, std::size_t skies) {
@@ -57,8 +73,9 @@ void series(benchmark::State& state, const Backend& backend, const char* file) {
 
         const double start = wall_seconds(), start_cpu = cpu_seconds();
         const FormFactors form_factors = compute_form_factors(*visibility, grid, options.form_factors, progress);
-        SkySeries series(scene, building, grid, *visibility, form_factors, sensors, options, progress);
-        series.solve({&jobs[1], 1}, progress);
+        StageCosts costs;
+        SkySeries series(scene, building, grid, *visibility, form_factors, sensors, options, costs);
+        series.solve({&jobs[1], 1}, costs);
         const double first = wall_seconds() - start, first_cpu = cpu_seconds() - start_cpu;
         benchmark::DoNotOptimize(series.solve({&jobs[501], 1}, progress));
         const double second_cpu = cpu_seconds() - start_cpu - first_cpu;
@@ -66,6 +83,7 @@ void series(benchmark::State& state, const Backend& backend, const char* file) {
         benchmark::DoNotOptimize(series.solve(jobs, progress));
         const double each = (cpu_seconds() - before) / static_cast<double>(jobs.size());
         const double each_wall = (wall_seconds() - before_wall) / static_cast<double>(jobs.size());
+        for (const auto& [stage, milliseconds] : costs.milliseconds) state.counters["first: " + stage] = milliseconds;
         state.counters["alone_ms"] = 1e3 * alone;
         state.counters["first_ms"] = 1e3 * first;
         state.counters["first_cpu_ms"] = 1e3 * first_cpu;
