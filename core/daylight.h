@@ -65,6 +65,9 @@ RadiositySolution compute_interreflection(const Scene& scene, const Building& bu
                                           const FormFactors& form_factors, const DirectSolution& direct,
                                           const RadiosityOptions& options, Progress& progress);
 
+/// What the surfaces of a scene do with light and emit: [gather_patch_count].
+std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid);
+
 /// The mean of the patches that meet at each node, weighted by their area: the article's IRC of nodes. [grid.nodes]
 /// patch_values: [indoor_patch_count] or more.
 std::vector<LightBySource> mean_of_patches_at_nodes(const PatchGrid& grid, std::span<const LightBySource> patch_values);

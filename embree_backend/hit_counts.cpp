@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "embree_backend/wide.h"
+#include "core/wide.h"
 
 namespace naturel {
 namespace {

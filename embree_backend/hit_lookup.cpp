@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 
-#include "embree_backend/wide.h"
+#include "core/wide.h"
 
 namespace naturel {
 namespace {
