@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/errors.h"
+#include "core/minimal_residual.h"
 #include "core/parallel.h"
 
 namespace naturel {
@@ -14,18 +15,8 @@ namespace {
 constexpr std::size_t channel_count = 6;
 
 /// One number per source and band: sky r, g, b, other r, g, b. All six go through the matrix in one pass.
-struct Channels {
-    std::array<double, channel_count> v{};
-
-    double& operator[](std::size_t c) { return v[c]; }
-    double operator[](std::size_t c) const { return v[c]; }
-    friend Channels operator+(Channels a, const Channels& b) {
-        for (std::size_t c = 0; c < channel_count; ++c)
-            a.v[c] += b.v[c];
-        return a;
-    }
-};
-using Field = std::vector<Channels>;  // [patch]
+using Channels = Lanes<channel_count>;
+using ChannelField = Field<channel_count>;
 
 Channels both_sources(const Band3& x) {
     return {{x.r, x.g, x.b, x.r, x.g, x.b}};
@@ -62,7 +53,7 @@ public:
     std::size_t size() const { return reflected_.size(); }
 
     /// F B.
-    void gather(const Field& exitance, Field& illuminance) const {
+    void gather(const ChannelField& exitance, ChannelField& illuminance) const {
         parallel_for(size(), 16, [&](std::size_t i) {
             Channels sum;
             for (std::size_t e = f_.row_begin[i]; e < f_.row_begin[i + 1]; ++e) {
@@ -76,7 +67,7 @@ public:
     }
 
     /// (K E)_i = rho_i E_i + tau_k E_k A_k / A_i, k behind i.
-    Channels reflect(const Field& illuminance, std::size_t i) const {
+    Channels reflect(const ChannelField& illuminance, std::size_t i) const {
         Channels out;
         for (std::size_t c = 0; c < channel_count; ++c)
             out[c] = reflected_[i][c] * illuminance[i][c] + transmitted_[i][c] * illuminance[behind_[i]][c];
@@ -88,7 +79,7 @@ public:
 
 private:
     const FormFactors& f_;
-    Field reflected_, transmitted_;
+    ChannelField reflected_, transmitted_;
     std::vector<std::size_t> behind_;
 };
 
@@ -109,7 +100,7 @@ ErrorBound error_bound(const Enclosure& enclosure) {
     const std::size_t count = enclosure.size();
     Channels one;
     one.v.fill(1.0);
-    Field power(count, one), gathered(count), sum(count);
+    ChannelField power(count, one), gathered(count), sum(count);
     ErrorBound bound;
     for (int term = 0; term < max_terms; ++term) {
         for (std::size_t i = 0; i < count; ++i)
@@ -132,47 +123,12 @@ ErrorBound error_bound(const Enclosure& enclosure) {
     return bound;
 }
 
-/// Largest magnitude per channel.
-Channels largest_of(const Field& field) {
-    Channels largest;
-    for (const Channels& x : field)
-        for (std::size_t c = 0; c < channel_count; ++c)
-            largest[c] = std::max(largest[c], std::abs(x[c]));
-    return largest;
-}
-
-/// Sum over patches of weight_i a_i b_i per channel.
-Channels dot(const Field& weight, const Field& a, const Field& b) {
-    return deterministic_sum<Channels>(a.size(), [&](std::size_t i) {
-        Channels product;
-        for (std::size_t c = 0; c < channel_count; ++c)
-            product[c] = weight[i][c] * a[i][c] * b[i][c];
-        return product;
-    });
-}
-
-/// a / b per channel, 0 where b is 0 (a channel without light, or one that is already solved).
-Channels ratio(const Channels& a, const Channels& b) {
-    Channels r;
-    for (std::size_t c = 0; c < channel_count; ++c)
-        r[c] = b[c] > 0.0 ? a[c] / b[c] : 0.0;
-    return r;
-}
-
-Channels area_weighted_sum(std::span<const double> area_m2, const Field& field) {
+Channels area_weighted_sum(std::span<const double> area_m2, const ChannelField& field) {
     return deterministic_sum<Channels>(field.size(), [&](std::size_t i) {
         Channels flux;
         for (std::size_t c = 0; c < channel_count; ++c)
             flux[c] = area_m2[i] * field[i][c];
         return flux;
-    });
-}
-
-/// x + factor y, per channel.
-void add_scaled(Field& x, const Channels& factor, const Field& y) {
-    parallel_for(x.size(), 1024, [&](std::size_t i) {
-        for (std::size_t c = 0; c < channel_count; ++c)
-            x[i][c] += factor[c] * y[i][c];
     });
 }
 
@@ -221,13 +177,12 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
     const ErrorBound bound = error_bound(enclosure);
 
     // What leaves before anything was gathered: emission and the reflection of direct light.
-    Field direct(count), first_exitance(count), weight(count);
+    ChannelField direct(count), first_exitance(count), weight(count);
     for (std::size_t i = 0; i < count; ++i)
         direct[i] = to_channels(direct_illuminance_lx[i]);
     for (std::size_t i = 0; i < count; ++i) {
         first_exitance[i] = enclosure.reflect(direct, i) + to_channels(optics[i].exitance_lm_m2);
-        // In this inner product K F is self-adjoint (reciprocal F, no inner apertures) and its norm at most
-        // the largest gain: the minimal residual steps below then have conjugate directions.
+        // In this inner product K F is self-adjoint (reciprocal F, no inner apertures) and its norm at most the largest gain.
         const Channels gain = enclosure.gain(i);
         for (std::size_t c = 0; c < channel_count; ++c)
             weight[i][c] = gain[c] > 0.0 ? area_m2[i] / gain[c] : 0.0;
@@ -237,7 +192,8 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
         room_area_m2 += a;
 
     /// Bound on the relative error of the emitted flux, largest over the channels.
-    const auto error_of = [&](const Channels& largest_residual, const Channels& flux) {
+    const auto error_of = [&](const Channels& largest_residual, const ChannelField& exitance_so_far) {
+        const Channels flux = area_weighted_sum(area_m2, exitance_so_far);
         double worst = 0.0;
         for (std::size_t c = 0; c < channel_count; ++c)
             if (largest_residual[c] > 0.0)
@@ -246,93 +202,28 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
         return worst;
     };
 
-    RadiositySolution solution;
     ConvergenceProgress decades(progress, options.tolerance);
-    Field exitance = first_exitance, illuminance(count), residual(count);
-    Field search(count), search_image(count), residual_image(count);
-
+    ChannelField exitance = first_exitance, illuminance(count);
     /// x - K F x; one pass over the matrix.
-    const auto image_of = [&](const Field& x, Field& image) {
+    const auto image_of = [&](const ChannelField& x, ChannelField& image) {
         enclosure.gather(x, illuminance);
         parallel_for(count, 1024, [&](std::size_t i) {
             const Channels reflected = enclosure.reflect(illuminance, i);
             for (std::size_t c = 0; c < channel_count; ++c)
                 image[i][c] = x[i][c] - reflected[c];
         });
-        ++solution.iterations;
     };
-    /// Leaves F B in `illuminance` and B0 + K F B - B in `residual`; one pass over the matrix.
-    const auto evaluate = [&] {
-        image_of(exitance, residual);
-        parallel_for(count, 1024, [&](std::size_t i) {
-            for (std::size_t c = 0; c < channel_count; ++c)
-                residual[i][c] = first_exitance[i][c] - residual[i][c];
-        });
-        solution.relative_residual = error_of(largest_of(residual), area_weighted_sum(area_m2, exitance));
-        solution.converged = solution.relative_residual <= options.tolerance;
-        decades.update(solution.relative_residual);
-    };
-
-    const auto passes_left = [&](int passes) {
-        return solution.iterations + passes <= options.max_iterations;
-    };
-
-    evaluate();
-    Channels one;
-    one.v.fill(1.0);
-    bool accelerate = true;
-    while (!solution.converged && passes_left(1)) {
-        if (!accelerate || !passes_left(2)) {  // Jacobi
-            add_scaled(exitance, one, residual);
-            evaluate();
-            continue;
-        }
-        // Orthomin(1): conjugate residuals if K F is self-adjoint, else still a minimal residual method,
-        // which converges because K F shrinks (Eisenstat, Elman & Schultz 1983).
-        const Channels start = largest_of(residual);
-        double promised = 1.0;  // what Jacobi would have left of the residual
-        search = residual;
-        image_of(search, search_image);
-        for (;;) {
-            const Channels image_norm = dot(weight, search_image, search_image);
-            const Channels step = ratio(dot(weight, residual, search_image), image_norm);
-            Channels back;
-            for (std::size_t c = 0; c < channel_count; ++c)
-                back[c] = -step[c];
-            add_scaled(exitance, step, search);
-            add_scaled(residual, back, search_image);
-
-            const Channels largest = largest_of(residual);
-            const double error = error_of(largest, area_weighted_sum(area_m2, exitance));
-            decades.update(error);
-            if (error <= 0.5 * options.tolerance)
-                break;  // half: rounding has moved the residual off the true one
-            // Rows far from reciprocal can make K F grow in this norm. Jacobi shrinks the largest residual by
-            // the contraction factor whatever the rows: fall back to it when ten times worse than that.
-            const double contraction =
-                *std::max_element(bound.contraction.v.begin(), bound.contraction.v.end());
-            promised *= contraction;
-            for (std::size_t c = 0; c < channel_count; ++c)
-                accelerate = accelerate && largest[c] <= 10.0 * promised * start[c];
-            if (!accelerate || !passes_left(2)) break;
-
-            image_of(residual, residual_image);
-            const Channels turn = ratio(dot(weight, residual_image, search_image), image_norm);
-            parallel_for(count, 1024, [&](std::size_t i) {
-                for (std::size_t c = 0; c < channel_count; ++c) {
-                    search[i][c] = residual[i][c] - turn[c] * search[i][c];
-                    search_image[i][c] = residual_image[i][c] - turn[c] * search_image[i][c];
-                }
-            });
-        }
-        evaluate();
-    }
+    const double contraction = *std::max_element(bound.contraction.v.begin(), bound.contraction.v.end());
+    const MinimalResidual found = solve_by_minimal_residual(
+        first_exitance, weight, contraction, options.tolerance, options.max_iterations, image_of, error_of,
+        [&](double error) { decades.update(error); }, exitance);
     decades.finish();
 
+    RadiositySolution solution{.iterations = found.iterations, .relative_residual = found.error, .converged = found.converged};
     // `illuminance` is F B of the last evaluation.
     solution.exitance_lm_m2.resize(count);
     solution.indirect_illuminance_lx.resize(count);
-    Field absorbed(count), lost(count), incoming(count);
+    ChannelField absorbed(count), lost(count), incoming(count);
     for (std::size_t i = 0; i < count; ++i) {
         const Channels reflected = enclosure.reflect(illuminance, i);
         solution.exitance_lm_m2[i] = to_light(first_exitance[i] + reflected);
