@@ -39,7 +39,9 @@ void add_no_values(CsvTable& table) {
         table.cell(std::string_view());
 }
 
-std::string_view word(Medium medium) {
+}  // namespace
+
+std::string_view medium_word(Medium medium) {
     switch (medium) {
         case Medium::solid:
             return "solid";
@@ -51,8 +53,6 @@ std::string_view word(Medium medium) {
     return {};
 }
 
-}  // namespace
-
 std::string sensors_csv(const Result& result) {
     CsvTable table("id,set," + point_columns + ",medium" + erc_columns);
     for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
@@ -63,7 +63,7 @@ std::string sensors_csv(const Result& result) {
             add_no_values(table);
         else
             add_values(table, result, result.solution.sensor_values[k]);
-        table.cell(word(sensor.medium));
+        table.cell(medium_word(sensor.medium));
         if (sensor.medium == Medium::solid)
             table.cell(std::string_view()).cell(std::string_view());
         else
