@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <new>
+#include <set>
 #include <span>
 
 #include "cli/file_writer.h"
@@ -26,6 +27,11 @@ namespace {
 void print(std::FILE* file, const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), file);
     std::fflush(file);
+}
+
+/// Whether stderr is for people.
+bool tells_in_words(const BatchOptions& options) {
+    return !options.quiet && options.progress == ProgressForm::text;
 }
 
 /// Thrown when --max-failures is exceeded.
@@ -105,7 +111,7 @@ private:
     void fail(std::size_t job, const std::string& error) {
         records_.append(failed_record(jobs_.jobs[job].key, error));
         progress_.add(0, 1);
-        if (!options_.quiet) print(stderr, fmt::format("job {} failed: {}\n", job + 1, error));
+        if (tells_in_words(options_)) print(stderr, fmt::format("job {} failed: {}\n", job + 1, error));
         if (options_.max_failures && progress_.failed() > *options_.max_failures) throw TooManyFailures{};
     }
 
@@ -241,8 +247,9 @@ std::string dry_run_account(const Study& study, const StudyJobs& jobs, const std
     return text;
 }
 
-/// Where results are complete, they are written; the last shard to end does it. Returns the exit code.
-ExitCode conclude(const BatchOptions& options, const JobList& list, const Shard& shard, const std::string& work) {
+/// Where results are complete, they are written; the last shard to end does it. mine: the jobs of this shard, whose failures make
+/// the exit code.
+ExitCode conclude(const BatchOptions& options, const JobList& list, std::span<const std::size_t> mine, const Shard& shard, const std::string& work) {
     const FolderLock lock(options.out / "lock");
     const FinishedJobs finished(options.out);
     JobCounts counts = count_jobs(list, finished);
@@ -255,7 +262,8 @@ ExitCode conclude(const BatchOptions& options, const JobList& list, const Shard&
     }
     if (counts.not_converged > 0) text += fmt::format("  {} jobs did NOT converge\n", counts.not_converged);
     print(stdout, text);
-    if (counts.failed > 0) return ExitCode::some_failed;
+    if (std::ranges::any_of(mine, [&](std::size_t job) { return finished.state(list.jobs[job].key) == JobState::failed; }))
+        return ExitCode::some_failed;
     return counts.not_converged > 0 ? ExitCode::not_converged : ExitCode::done;
 }
 
@@ -295,12 +303,15 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     RecordFile records(records_folder(options.out) / (shard.name() + ".records"));
     const FinishedJobs known(options.out);
     for (const std::string& damage : known.damages()) print(stderr, "warning: " + damage + "\n");
-    const std::size_t all = mine.size();
+    const std::vector<std::size_t> all_mine = mine;
+    const std::size_t all = all_mine.size();
+    std::set<std::string_view> keys;
     std::erase_if(mine, [&](std::size_t job) {
         const JobState state = known.state(jobs.jobs[job].key);
-        return state == JobState::done || (state == JobState::failed && !options.retry_failed);
+        const bool computed_twice = !keys.insert(jobs.jobs[job].key).second;
+        return computed_twice || state == JobState::done || (state == JobState::failed && !options.retry_failed);
     });
-    if (!options.quiet && mine.size() < all) print(stderr, fmt::format("{} of {} jobs are finished already\n", all - mine.size(), all));
+    if (tells_in_words(options) && mine.size() < all) print(stderr, fmt::format("{} of {} jobs are finished already\n", all - mine.size(), all));
 
     JobProgress progress(told, options.quiet ? ProgressForm::none : options.progress, drawn, mine.size());
     BatchRun run(options, study, sets, jobs, records, progress);
@@ -316,7 +327,7 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     }
     progress.finish();
     const double seconds = progress.seconds();
-    return conclude(options, list, shard,
+    return conclude(options, list, all_mine, shard,
                     fmt::format("{} now in {:.2f} s, {:.3g} a second", mine.size(), seconds, static_cast<double>(mine.size()) / std::max(seconds, 1e-3)));
 }
 

@@ -72,7 +72,7 @@ RecordScan scan_records(const std::filesystem::path& file) {
             continue;
         }
         scan.damaged_bytes += at - scan.end;
-        scan.records.push_back({{file, at + head_bytes, content.size()}, std::string(content.substr(0, content.find('\n')))});
+        scan.records.push_back({{file, at + head_bytes, content.size(), bytes.substr(at + head_bytes - checksum_bytes, checksum_bytes)}, std::string(content.substr(0, content.find('\n')))});
         at += head_bytes + content.size();
         scan.end = at;
     }
@@ -85,7 +85,7 @@ JobRecord read_record(const RecordPlace& place) {
     std::string head(head_bytes, '\0'), content(place.length, '\0');
     stream.seekg(static_cast<std::streamoff>(place.offset - head_bytes));
     stream.read(head.data(), static_cast<std::streamsize>(head.size())).read(content.data(), static_cast<std::streamsize>(content.size()));
-    if (!stream || head.substr(head_bytes - checksum_bytes) != checksum(content))
+    if (!stream || head.substr(head_bytes - checksum_bytes) != place.checksum)
         throw InputError(place.file.string(), "has changed while it was read (is the disk well?)");
     const std::size_t line = content.find('\n');
     JobRecord record{content.substr(0, line), std::vector<double>((content.size() - line - 1) / sizeof(double))};

@@ -23,6 +23,7 @@ struct JobRecord {
 struct RecordPlace {
     std::filesystem::path file;
     std::uint64_t offset = 0, length = 0;  ///< of its content
+    std::string checksum;                  ///< that its content had
 };
 
 /// What a file of records holds.
@@ -36,7 +37,7 @@ struct RecordScan {
 /// Reads and checks a file of records; one that is not there has none. Throws InputError if it cannot be read.
 RecordScan scan_records(const std::filesystem::path& file);
 
-/// Reads one record again. Throws InputError if the file has changed since.
+/// Reads one record again, and believes its content if it still has the checksum in front of it. Throws InputError if not.
 JobRecord read_record(const RecordPlace& place);
 
 /// The bytes of a record.

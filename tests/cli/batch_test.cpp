@@ -1,6 +1,5 @@
+#include <sys/mount.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -230,6 +229,31 @@ TEST_CASE("a full disk ends a study with a clear word, and it goes on when there
     CHECK_FALSE(std::filesystem::exists(study / "full/results.csv"));
     CHECK(study.batch("full").exit_code == 0);
     CHECK((study.results("full") == study.results("whole")));
+}
+
+TEST_CASE("a full and then a read-only file system cost a study nothing but time", "[cli][batch][slow]") {
+    const StudyFolder study(many_jobs(50));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    const auto disk = study / "disk";
+    std::filesystem::create_directory(disk);
+    if (::mount("naturel", disk.c_str(), "tmpfs", 0, "size=100k") != 0) {
+        WARN("skipped: only root may mount a small disk");
+        return;
+    }
+    const Outcome full = study.batch("disk");
+    CHECK(full.exit_code == 3);
+    CHECK(full.errors.find("No space left on device") != std::string::npos);
+    CHECK(::mount("naturel", disk.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, "size=10m") == 0);
+    const Outcome read_only = study.batch("disk");
+    CHECK(read_only.exit_code == 3);
+    CHECK(read_only.errors.find("Read-only file system") != std::string::npos);
+    CHECK(::mount("naturel", disk.c_str(), "tmpfs", MS_REMOUNT, "size=10m") == 0);
+    const Outcome rest = study.batch("disk");
+    CHECK(rest.exit_code == 0);
+    CHECK(rest.errors.find("jobs are finished already") != std::string::npos);
+    CHECK((study.results("disk") == study.results("whole")));
+    CHECK(record_count(disk) == 100 + 1);
+    ::umount(disk.c_str());
 }
 
 TEST_CASE("a folder that cannot be written to is refused before anything is computed", "[cli][batch]") {
