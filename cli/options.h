@@ -35,6 +35,7 @@ struct RunOptions {
     std::filesystem::path out = "out";
     int threads = 1;  ///< parse_command_line() puts the number of processors here unless told otherwise
     bool quiet = false;
+    std::optional<std::filesystem::path> trace;  ///< file for a trace of stages and threads
     bool dry_run = false;  ///< say what would be computed, and how, and stop
     /// What chose the accuracy options that were not given; they are in place when parse_command_line()
     /// returns, but for what the scene has a say in.
@@ -53,6 +54,15 @@ struct RunOptions {
 
     FalseColour false_colour;
     FormFactorCache cache;
+};
+
+/// `naturel timing SCENE`
+struct TimingOptions {
+    RunOptions run;  ///< what is timed; RunOptions::threads and quiet do not count
+    std::vector<int> threads{1, 2};
+    int repeats = 7;
+    bool weak = false;  ///< also with patches in proportion to the threads
+    std::string command;  ///< that asked for it
 };
 
 /// `naturel check SCENE`
@@ -150,7 +160,7 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words);
 
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
+std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
              MergeOptions>
 parse_command_line(int argc, const char* const* argv);
 

@@ -69,9 +69,7 @@ std::optional<double> Opening::crossing_m(const glm::dvec3& from_m, const glm::d
     return distance;
 }
 
-ApertureLight::ApertureLight(const Scene& scene, const Building& building, const PatchGrid& grid,
-                             const OutdoorLight& outdoors)
-    : building_(building), grid_(grid), outdoors_(outdoors) {
+ApertureOutlook::ApertureOutlook(const Scene& scene, const Building& building) : building_(building) {
     openings_.reserve(building.apertures.size());
     for (const Aperture& aperture : building.apertures) {
         openings_.push_back(make_opening(scene, building, aperture));
@@ -88,71 +86,79 @@ ApertureLight::ApertureLight(const Scene& scene, const Building& building, const
     }
 }
 
-ApertureLight::Crossings ApertureLight::crossings(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
-                                                  std::size_t through) const {
-    Crossings found;
-    if (companions_[through].empty()) return found;
+Band3 ApertureOutlook::transmittance(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen, std::size_t through) const {
     const Opening& own = openings_[through];
-    const double own_distance = -own.height_m(from_m) / glm::dot(own.normal, direction);
-    const double end = seen == FacetId::none
-                           ? std::numeric_limits<double>::infinity()
-                           : distance_to_plane_m(building_.facets[index(seen)], from_m, direction);
-    for (const std::size_t k : companions_[through]) {
-        const Opening& other = openings_[k];
-        const auto distance = other.crossing_m(from_m, direction);
-        if (!distance || *distance >= end) continue;
-        if (!other.inner && (*distance < own_distance || (*distance == own_distance && k < through))) {
-            found.counted_elsewhere = true;
-            return found;
+    Band3 of_others = grey(1.0);
+    if (!companions_[through].empty()) {
+        const double own_distance = -own.height_m(from_m) / glm::dot(own.normal, direction);
+        const double end = seen == FacetId::none
+                               ? std::numeric_limits<double>::infinity()
+                               : distance_to_plane_m(building_.facets[index(seen)], from_m, direction);
+        for (const std::size_t k : companions_[through]) {
+            const Opening& other = openings_[k];
+            const auto distance = other.crossing_m(from_m, direction);
+            if (!distance || *distance >= end) continue;
+            if (!other.inner && (*distance < own_distance || (*distance == own_distance && k < through))) return {};
+            const double slope = std::abs(glm::dot(other.normal, direction));
+            of_others = of_others * other.glazing.transmittance(std::min(1.0, slope));
         }
-        const double slope = std::abs(glm::dot(other.normal, direction));
-        found.transmittance = found.transmittance * other.glazing.transmittance(std::min(1.0, slope));
     }
-    return found;
+    return own.glazing.transmittance(std::min(1.0, std::abs(glm::dot(own.normal, direction)))) * of_others;
 }
 
-void ApertureLight::cut_further(const glm::dvec3& from_m, std::size_t through, ViewPieces& pieces) const {
+void ApertureOutlook::cut_further(const glm::dvec3& from_m, std::size_t through, ViewPieces& pieces) const {
     for (const std::size_t k : companions_[through]) {
         for (const Opening::Part& part : openings_[k].parts) pieces.cut_along(from_m, part.vertices_m);
     }
 }
 
-bool ApertureLight::is_dark(const glm::dvec3& direction, FacetId seen) const {
+bool ApertureOutlook::is_dark(const glm::dvec3& direction, FacetId seen) const {
     return outdoor_source(building_, direction, seen) == OutdoorSource::dark;
 }
+
+std::optional<Band3> ApertureOutlook::transmittance_to_sky(const glm::dvec3& from_m, const glm::dvec3& direction) const {
+    Band3 transmittance = grey(1.0);
+    bool leaves = false;
+    for (const Opening& opening : openings_) {
+        if (!opening.crossing_m(from_m, direction)) continue;
+        const double slope = glm::dot(opening.normal, direction);
+        transmittance = transmittance * opening.glazing.transmittance(std::min(1.0, std::abs(slope)));
+        leaves = leaves || (!opening.inner && slope < 0.0);
+    }
+    if (!leaves) return {};
+    return transmittance;
+}
+
+ApertureLight::ApertureLight(const Scene& scene, const Building& building, const PatchGrid& grid,
+                             const OutdoorLight& outdoors)
+    : building_(building), grid_(grid), outdoors_(outdoors), outlook_(scene, building) {}
 
 IncomingLight ApertureLight::along(const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen,
                                    std::size_t through) const {
     const OutdoorSource source = outdoor_source(building_, direction, seen);
     if (source == OutdoorSource::dark) return {};
-    const Opening& own = openings_[through];
-    const Crossings crossed = crossings(from_m, direction, seen, through);
-    if (crossed.counted_elsewhere) return {};
-    const Band3 transmittance =
-        own.glazing.transmittance(std::min(1.0, std::abs(glm::dot(own.normal, direction)))) * crossed.transmittance;
+    const Band3 transmittance = outlook_.transmittance(from_m, direction, seen, through);
+    if (largest(transmittance) <= 0.0) return {};
     const LightBySource luminance = outdoor_luminance(outdoors_, building_, grid_, from_m, direction, seen);
     if (source == OutdoorSource::sky) return {.sky = transmittance * luminance.sky};
     return {.outdoor = transmittance * luminance, .from_ground = source == OutdoorSource::ground};
 }
 
 Band3 ApertureLight::sun_lx(const GatherPoint& point, const Visibility& visibility) const {
-    const glm::dvec3& sun = outdoors_.sun_direction;
-    const double cos_incidence = glm::dot(point.normal, sun);
-    if (outdoors_.direct_normal_illuminance_lx <= 0.0 || cos_incidence <= 0.0) return {};
+    return sun_through_apertures(point, outlook_, outdoors_, visibility);
+}
 
-    Band3 transmittance = grey(1.0);
-    bool leaves = false;
-    for (const Opening& opening : openings_) {
-        if (!opening.crossing_m(point.position_m, sun)) continue;
-        const double slope = glm::dot(opening.normal, sun);
-        transmittance = transmittance * opening.glazing.transmittance(std::min(1.0, std::abs(slope)));
-        leaves = leaves || (!opening.inner && slope < 0.0);
-    }
-    if (!leaves) return {};
+Band3 sun_through_apertures(const GatherPoint& point, const ApertureOutlook& apertures, const OutdoorLight& outdoors,
+                            const Visibility& visibility) {
+    const glm::dvec3& sun = outdoors.sun_direction;
+    const double cos_incidence = glm::dot(point.normal, sun);
+    if (outdoors.direct_normal_illuminance_lx <= 0.0 || cos_incidence <= 0.0) return {};
+    const std::optional<Band3> transmittance = apertures.transmittance_to_sky(point.position_m, sun);
+    if (!transmittance) return {};
     FacetId seen{};
     visibility.first_seen(point, {&sun, 1}, {&seen, 1});
     if (seen != FacetId::none) return {};
-    return (outdoors_.direct_normal_illuminance_lx * cos_incidence) * (outdoors_.sun_colour * transmittance);
+    return (outdoors.direct_normal_illuminance_lx * cos_incidence) * (outdoors.sun_colour * *transmittance);
 }
 
 }  // namespace naturel

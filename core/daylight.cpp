@@ -1,12 +1,12 @@
 #include "core/daylight.h"
 
 #include <algorithm>
-#include <chrono>
 #include <glm/geometric.hpp>
 #include <optional>
 
-#include "core/box_index.h"
 #include "core/parallel.h"
+#include "core/patch_means.h"
+#include "core/patches_under_points.h"
 
 namespace naturel {
 
@@ -14,79 +14,25 @@ namespace {
 
 using glm::dvec3;
 
-// Names and times the stages as the progress reports them.
-class StageTimes final : public Progress {
-public:
-    explicit StageTimes(Progress& told) : told_(told) {}
-
-    void begin(std::string_view stage, std::size_t total) override {
-        seconds_.emplace_back(stage, 0.0);
-        start_ = std::chrono::steady_clock::now();
-        told_.begin(stage, total);
-    }
-    void advance(std::size_t steps) override { told_.advance(steps); }
-    void end() override {
-        seconds_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-        told_.end();
-    }
-    bool interrupted() const override { return told_.interrupted(); }
-
-    std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
-
-private:
-    Progress& told_;
-    std::vector<std::pair<std::string, double>> seconds_;
-    std::chrono::steady_clock::time_point start_;
-};
-
-// Mean over a convex polygon of what is linear between its corners and the mean of the corners at its centroid: the weights
-// of the corners. Parallelograms: all equal.
-std::vector<double> mean_weights(std::span<const dvec3> polygon, const dvec3& centroid_m, const dvec3& normal) {
-    const std::size_t n = polygon.size();
-    std::vector<double> weights(n, 0.0);
-    double area = 0.0, centre_weight = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-        const dvec3 a = polygon[i] - centroid_m, b = polygon[(i + 1) % n] - centroid_m;
-        const double triangle = 0.5 * glm::dot(normal, glm::cross(a, b));
-        weights[i] += triangle / 3.0;
-        weights[(i + 1) % n] += triangle / 3.0;
-        centre_weight += triangle / 3.0;
-        area += triangle;
-    }
-    for (double& w : weights) w = (w + centre_weight / static_cast<double>(n)) / area;
-    return weights;
-}
-
-// Points that share the area of a convex polygon, with their shares: four in each triangle of the fan round the centroid.
-struct AreaSamples {
-    std::vector<dvec3> positions_m;
-    std::vector<double> shares;
-};
-
-AreaSamples area_samples(std::span<const dvec3> polygon, const dvec3& centroid_m, double area_m2) {
-    AreaSamples samples;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const dvec3 &a = centroid_m, &b = polygon[i], &c = polygon[(i + 1) % polygon.size()];
-        const double share = 0.5 * glm::length(glm::cross(b - a, c - a)) / area_m2 / 4.0;
-        const dvec3 middle = (a + b + c) / 3.0;
-        for (const dvec3& p : {middle, 0.5 * (a + middle), 0.5 * (b + middle), 0.5 * (c + middle)}) {
-            samples.positions_m.push_back(p);
-            samples.shares.push_back(share);
-        }
-    }
-    return samples;
-}
-
 // Direct light on the room side of a pane, sampled over the patch.
 LightBySource light_on_pane(const DirectLight& direct, const PatchGrid& grid, PatchId id) {
     const Patch& patch = grid.patches[index(id)];
-    const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+    const AreaSamples samples = area_samples(grid, id);
     std::vector<Band3> sun_lx(samples.positions_m.size());
     direct.sun_at(samples.positions_m, patch.normal, sun_lx);
     LightBySource sum = direct.without_sun({patch.centroid_m, patch.normal}).by_source();
     for (std::size_t k = 0; k < sun_lx.size(); ++k) sum.other += samples.shares[k] * sun_lx[k];
     return sum;
 }
+
+// Indirect illuminance of a point from the exitance of what it sees.
+LightBySource gather(const Visibility& visibility, const GatherPoint& point, std::span<const LightBySource> exitance_lm_m2,
+                     FormFactorRepair repair, FormFactorRow& row) {
+    visibility.gather_row(point, row);
+    return collect(row, exitance_lm_m2, repair);
+}
+
+}  // namespace
 
 std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid) {
     std::vector<Band3> diffuse_transmittance;
@@ -110,53 +56,6 @@ std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& buildi
     }
     return optics;
 }
-
-// Indirect illuminance of a point from the exitance of what it sees.
-LightBySource gather(const Visibility& visibility, const GatherPoint& point, std::span<const LightBySource> exitance_lm_m2,
-                     FormFactorRepair repair, FormFactorRow& row) {
-    visibility.gather_row(point, row);
-    return collect(row, exitance_lm_m2, repair);
-}
-
-/// Finds the patches that sensors lie on.
-class PatchesUnderPoints {
-public:
-    PatchesUnderPoints(const Building& building, const PatchGrid& grid)
-        : building_(building), grid_(grid), facets_(boxes(building)) {}
-
-    /// None in the air. near: scratch.
-    PatchId patch_under(const GatherPoint& point, std::vector<std::uint32_t>& near) const {
-        facets_.containing(point.position_m, near);
-        for (const std::uint32_t f : near) {
-            const Facet& facet = building_.facets[f];
-            if (facet.environment != Environment::indoor || facet.is_aperture) continue;
-            const double height = glm::dot(point.position_m - facet.vertices_m[0], facet.normal);
-            if (height < 0.0 || height > touching_m || glm::dot(point.normal, facet.normal) < 1.0 - 1e-6) continue;
-            bool inside = true;
-            for (std::size_t i = 0; i < facet.vertices_m.size(); ++i) {
-                const dvec3 edge = facet.vertices_m[(i + 1) % facet.vertices_m.size()] - facet.vertices_m[i];
-                inside = inside && glm::dot(glm::cross(facet.normal, edge), point.position_m - facet.vertices_m[i]) >= 0.0;
-            }
-            if (inside) return grid_.patch_at(facet.face, point.position_m);
-        }
-        return PatchId::none;
-    }
-
-private:
-    static constexpr double touching_m = 1e-3;
-
-    static std::vector<Box> boxes(const Building& building) {
-        std::vector<Box> list;
-        for (const Facet& facet : building.facets) list.push_back(box_around(facet.vertices_m, 2.0 * touching_m));
-        return list;
-    }
-
-    const Building& building_;
-    const PatchGrid& grid_;
-    BoxIndex facets_;
-};
-
-}  // namespace
 
 std::vector<LightBySource> mean_of_patches_at_nodes(const PatchGrid& grid, std::span<const LightBySource> patch_values) {
     std::vector<LightBySource> sums(grid.nodes.size());
@@ -203,7 +102,7 @@ DirectSolution compute_direct_light(const Scene& scene, const Building& building
         const Patch& patch = grid.patches[p];
         DirectIlluminance& mean = solution.patch_components[p];
         const auto corners = grid.corners_of(id);
-        const std::vector<double> weights = mean_weights(grid.polygon_of(id), patch.centroid_m, patch.normal);
+        const std::vector<double> weights = mean_weights(grid, id);
         for (std::size_t k = 0; k < corners.size(); ++k) {
             const DirectIlluminance& corner = solution.nodes[index(corners[k])];
             mean.sky_lx += weights[k] * corner.sky_lx;
@@ -213,7 +112,7 @@ DirectSolution compute_direct_light(const Scene& scene, const Building& building
         if (grid.follows_zones) {
             if (patch.sunspot != no_sunspot) mean.sun_lx = grid.sunspot_illuminance_lx[patch.sunspot];
         } else if (solution.outdoors.direct_normal_illuminance_lx > 0.0) {
-            const AreaSamples samples = area_samples(grid.polygon_of(id), patch.centroid_m, patch.area_m2);
+            const AreaSamples samples = area_samples(grid, id);
             std::vector<Band3> sun_lx(samples.positions_m.size());
             direct.sun_at(samples.positions_m, patch.normal, sun_lx);
             for (std::size_t k = 0; k < sun_lx.size(); ++k) mean.sun_lx += samples.shares[k] * sun_lx[k];
@@ -291,31 +190,37 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
 }
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
-                                  const Visibility& visibility, const DaylightOptions& options, Progress& told) {
-    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), told);
+                                  const Visibility& visibility, const DaylightOptions& options, Progress& progress) {
+    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), progress);
 }
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
                                   const Visibility& visibility, const DaylightOptions& options,
-                                  std::vector<Sensor> sensors, Progress& told) {
-    StageTimes progress(told);
+                                  std::vector<Sensor> sensors, Progress& progress) {
+    StageClock clock;
     DirectSolution direct = compute_direct_light(scene, building, grid, visibility, progress);
+    clock.end_stage("direct light");
     const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
+    clock.end_stage("form factors");
     RadiositySolution radiosity =
         compute_interreflection(scene, building, grid, form_factors, direct, options.radiosity, progress);
+    clock.end_stage("radiosity");
     const std::vector<LightBySource> indirect_lx =
         indirect_on_nodes(building, grid, visibility, radiosity, options, progress);
 
     DaylightSolution solution{.outdoors = std::move(direct.outdoors)};
     for (std::size_t n = 0; n < grid.nodes.size(); ++n) solution.nodes.push_back({direct.nodes[n], indirect_lx[n]});
+    clock.end_stage("nodes");
     solution.patch_direct_lx = std::move(direct.patch_direct_lx);
     solution.patch_components = std::move(direct.patch_components);
     solution.radiosity = std::move(radiosity);
     solution.form_factor_quality = form_factors.quality;
+    solution.repair = options.form_factors.repair;
     solution.sensors = std::move(sensors);
     solution.sensor_values = light_on_sensors(scene, building, grid, visibility, solution.outdoors, solution.radiosity, options,
                                               solution.sensors, progress);
-    solution.stage_seconds = progress.take();
+    clock.end_stage("sensors");
+    solution.stages = std::move(clock).take();
     return solution;
 }
 

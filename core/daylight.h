@@ -5,6 +5,7 @@
 #include "core/form_factors.h"
 #include "core/radiosity.h"
 #include "core/sensors.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
 
@@ -50,7 +51,8 @@ struct DaylightSolution {
     std::vector<PointIlluminance> sensor_values{};      ///< [sensors]
     RadiositySolution radiosity{};
     FormFactorQuality form_factor_quality{};
-    std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
+    FormFactorRepair repair = FormFactorRepair::reciprocal;  ///< of rows: what collect() at another point needs
+    std::vector<StageTime> stages{};  ///< what each step took
 };
 
 // The steps of the calculation. Form factors (compute_form_factors) depend on geometry alone: one set serves every sky, sun and
@@ -62,6 +64,9 @@ DirectSolution compute_direct_light(const Scene& scene, const Building& building
 RadiositySolution compute_interreflection(const Scene& scene, const Building& building, const PatchGrid& grid,
                                           const FormFactors& form_factors, const DirectSolution& direct,
                                           const RadiosityOptions& options, Progress& progress);
+
+/// What the surfaces of a scene do with light and emit: [gather_patch_count].
+std::vector<PatchOptics> patch_optics(const Scene& scene, const Building& building, const PatchGrid& grid);
 
 /// The mean of the patches that meet at each node, weighted by their area: the article's IRC of nodes. [grid.nodes]
 /// patch_values: [indoor_patch_count] or more.

@@ -61,11 +61,69 @@ double fifth_degree_error(double difference, double value) {
     return value > 0.0 ? difference * std::clamp(20.0 * difference / value, 0.1, 1.0) : difference;
 }
 
-class Integration {
+double longest_edge(const ApertureElement& element) {
+    const auto& [a, b, c] = element.corners;
+    return std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+}
+
+/// Halves an element across its longest edge, and returns the other half.
+ApertureElement cut_off_half(ApertureElement& element) {
+    const auto [a, b, c] = element.corners;
+    const double ab = glm::length(b - a), bc = glm::length(c - b), ca = glm::length(a - c);
+    const double longest = std::max({ab, bc, ca});
+    ApertureElement other = element;
+    const auto halve = [&](const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3& tip) {
+        const glm::dvec3 middle = glm::normalize(from + to);
+        other.corners = {middle, to, tip};
+        element.corners = {from, middle, tip};
+    };
+    if (longest == ab) halve(a, b, c);
+    else if (longest == bc) halve(b, c, a);
+    else halve(c, a, b);
+    return other;
+}
+
+double projected_solid_angle(const ApertureElement& element, const glm::dvec3& normal) {
+    return std::max(0.0, glm::dot(normal, vector_solid_angle(element.corners)));
+}
+
+/// Radon's rule on an element.
+struct Places {
+    std::array<glm::dvec3, place_count> directions;
+    /// Projected solid angle per area of the plane through the corners, up to a factor: cos / r^2 times an obliquity that goes
+    /// with 1 / r, where r is inverse to how far a unit direction reaches towards the plane.
+    std::array<double, place_count> density;
+    std::array<double, place_count> weights;  ///< density times that of the rule
+    double all = 0.0;                         ///< sum of the weights
+};
+
+Places places_in(const ApertureElement& element, const glm::dvec3& normal) {
+    Places places;
+    const auto& [a, b, c] = element.corners;
+    const glm::dvec3 centroid = (a + b + c) / 3.0;
+    places.directions[0] = glm::normalize(centroid);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const glm::dvec3 to_corner = element.corners[k] - centroid;
+        places.directions[1 + k] = glm::normalize(centroid + towards_corner * to_corner);
+        places.directions[4 + k] = glm::normalize(centroid + towards_side * to_corner);
+    }
+    const glm::dvec3 plane_normal = glm::cross(c - a, b - a);
+    for (std::size_t k = 0; k < place_count; ++k) {
+        const double reach = glm::dot(plane_normal, places.directions[k]);
+        places.density[k] = std::max(0.0, glm::dot(normal, places.directions[k])) * reach * reach * reach;
+        places.weights[k] = places.density[k] * (k == 0 ? centroid_weight : k < 4 ? corner_weight : side_weight);
+        places.all += places.weights[k];
+    }
+    return places;
+}
+
+/// The view from a point in parts that show one thing each: geometry alone.
+class ViewDivision {
 public:
-    Integration(const GatherPoint& point, const DirectionalLight& light, const FacetTree& tree, double tolerance,
-                const Visibility& visibility, AdaptiveScratch& scratch)
-        : point_(point), light_(light), tree_(tree), visibility_(visibility), memory_(scratch), tolerance_(tolerance) {
+    /// Pieces that a relative error of `tolerance` would not show are not cut out.
+    ViewDivision(const GatherPoint& point, const Outlook& outlook, const FacetTree& tree, double tolerance, const Visibility& visibility,
+                 AdaptiveScratch& scratch)
+        : point_(point), outlook_(outlook), tree_(tree), visibility_(visibility), memory_(scratch), tolerance_(tolerance) {
         memory_.parts.clear();
         memory_.corners.clear();
         memory_.elements.clear();
@@ -108,20 +166,39 @@ public:
         }
     }
 
-    SkyAndOutdoors run() {
-        if (memory_.parts.empty()) return {};
-        look();
-        find_bright_spot();
-        for (std::uint32_t p = 0; p < memory_.parts.size(); ++p) add_elements(p);
-        std::size_t estimated = 0;
-        for (int round = 0;; ++round) {
-            estimate(estimated);
-            if (round == max_rounds || !refine(estimated)) break;
+    /// Asks what is seen in every part. Where the answers differ, as those of a projection do for what is no larger than its cells, the
+    /// triangles over the sides of a part are parts of their own.
+    void look() {
+        for (const ViewPart& part : memory_.parts) {
+            const std::span<const glm::dvec3> corners = corners_of(part);
+            const glm::dvec3 middle = middle_of(corners);
+            for (std::size_t k = 0; k < corners.size(); ++k)
+                memory_.rays.push_back(glm::normalize(middle + corners[k] + corners[(k + 1) % corners.size()]));
         }
-        SkyAndOutdoors sum;
-        for (const ApertureElement& element : memory_.elements) sum.add(element.value);
-        return sum;
+        memory_.seen.resize(memory_.rays.size());
+        visibility_.first_seen(point_, memory_.rays, memory_.seen);
+        const FacetId* seen = memory_.seen.data();
+        const std::size_t count = memory_.parts.size();
+        for (std::size_t p = 0; p < count; ++p) {
+            const ViewPart part = memory_.parts[p];
+            memory_.parts[p].seen = seen[0];
+            if (!part.mixed && std::any_of(seen, seen + part.count, [&](FacetId other) { return other != seen[0]; })) divide(p, seen);
+            seen += part.count;
+        }
     }
+
+    static glm::dvec3 middle_of(std::span<const glm::dvec3> corners) {
+        glm::dvec3 sum{};
+        for (const glm::dvec3& corner : corners) sum += corner;
+        return glm::normalize(sum);
+    }
+
+    const GatherPoint& point() const { return point_; }
+    const Visibility& visibility() const { return visibility_; }
+    bool is_empty() const { return memory_.parts.empty(); }
+    bool is_dark(const ViewPart& part) const { return !part.mixed && outlook_.is_dark(middle_of(corners_of(part)), part.seen); }
+    std::span<const glm::dvec3> corners_of(const ViewPart& part) const { return {memory_.corners.data() + part.first, part.count}; }
+    double projected_solid_angle_sr() const { return all_parts_sr_; }
 
 private:
     static bool is_small(std::span<const glm::dvec3> polygon) {
@@ -151,7 +228,7 @@ private:
         pieces.start(polygon, least_share * tolerance_ * projected_sr);
         tree_.find(point_.position_m, memory_.inwards, memory_.facets);
         for (const FacetTree::Found& facet : memory_.facets) pieces.cut_along(point_.position_m, tree_, facet);
-        light_.cut_further(point_.position_m, aperture, pieces);
+        outlook_.cut_further(point_.position_m, aperture, pieces);
         for (const ViewPieces::Piece& piece : pieces.pieces()) {
             const std::span<const glm::dvec3> corners = pieces.directions_of(piece);
             memory_.parts.push_back({.aperture = aperture,
@@ -159,35 +236,6 @@ private:
                                      .first = static_cast<std::uint32_t>(memory_.corners.size()),
                                      .count = piece.count});
             memory_.corners.insert(memory_.corners.end(), corners.begin(), corners.end());
-        }
-    }
-
-    std::span<const glm::dvec3> corners_of(const ViewPart& part) const { return {memory_.corners.data() + part.first, part.count}; }
-
-    static glm::dvec3 middle_of(std::span<const glm::dvec3> corners) {
-        glm::dvec3 sum{};
-        for (const glm::dvec3& corner : corners) sum += corner;
-        return glm::normalize(sum);
-    }
-
-    /// Asks what is seen in every part, once for each of its sides. Where the answers differ, as those of a projection do for what is
-    /// no larger than its cells, the triangles over the sides are parts of their own.
-    void look() {
-        for (const ViewPart& part : memory_.parts) {
-            const std::span<const glm::dvec3> corners = corners_of(part);
-            const glm::dvec3 middle = middle_of(corners);
-            for (std::size_t k = 0; k < corners.size(); ++k)
-                memory_.rays.push_back(glm::normalize(middle + corners[k] + corners[(k + 1) % corners.size()]));
-        }
-        memory_.seen.resize(memory_.rays.size());
-        visibility_.first_seen(point_, memory_.rays, memory_.seen);
-        const FacetId* seen = memory_.seen.data();
-        const std::size_t count = memory_.parts.size();
-        for (std::size_t p = 0; p < count; ++p) {
-            const ViewPart part = memory_.parts[p];
-            memory_.parts[p].seen = seen[0];
-            if (!part.mixed && std::any_of(seen, seen + part.count, [&](FacetId other) { return other != seen[0]; })) divide(p, seen);
-            seen += part.count;
         }
     }
 
@@ -207,6 +255,35 @@ private:
         }
     }
 
+    const GatherPoint& point_;
+    const Outlook& outlook_;
+    const FacetTree& tree_;
+    const Visibility& visibility_;
+    AdaptiveScratch& memory_;
+    double tolerance_;
+    double all_parts_sr_ = 0.0;  // projected solid angle
+};
+
+class Integration {
+public:
+    /// view: has looked.
+    Integration(const ViewDivision& view, const DirectionalLight& light, double tolerance, AdaptiveScratch& scratch)
+        : view_(view), point_(view.point()), light_(light), memory_(scratch), tolerance_(tolerance) {}
+
+    SkyAndOutdoors run() {
+        find_bright_spot();
+        for (std::uint32_t p = 0; p < memory_.parts.size(); ++p) add_elements(p);
+        std::size_t estimated = 0;
+        for (int round = 0;; ++round) {
+            estimate(estimated);
+            if (round == max_rounds || !refine(estimated)) break;
+        }
+        SkyAndOutdoors sum;
+        for (const ApertureElement& element : memory_.elements) sum.add(element.value);
+        return sum;
+    }
+
+private:
     /// The sun's surroundings, where the sky is clear there.
     void find_bright_spot() {
         const OutdoorLight& outdoors = light_.outdoors();
@@ -223,8 +300,8 @@ private:
     /// Divides a part that is not dark into triangles of moderate size.
     void add_elements(std::uint32_t id) {
         const ViewPart& part = memory_.parts[id];
-        const std::span<const glm::dvec3> corners = corners_of(part);
-        if (!part.mixed && light_.is_dark(middle_of(corners), part.seen)) return;
+        const std::span<const glm::dvec3> corners = view_.corners_of(part);
+        if (view_.is_dark(part)) return;
         const std::size_t first = memory_.elements.size();
         if (bright_spot_ && contains(corners, *bright_spot_)) {
             // Luminance has a cusp there: at a corner it does no harm.
@@ -249,43 +326,22 @@ private:
         const double longest_allowed = memory_.parts[memory_.elements[first].part].mixed || !light_.outdoors().sky.is_smooth()
                                            ? first_edge_of_steps : first_edge;
         for (std::size_t i = first; i < memory_.elements.size();) {
-            const auto [a, b, c] = memory_.elements[i].corners;
-            const double ab = glm::length(b - a), bc = glm::length(c - b), ca = glm::length(a - c);
-            const double longest = std::max({ab, bc, ca});
+            const auto& [a, b, c] = memory_.elements[i].corners;
+            const double longest = longest_edge(memory_.elements[i]);
             bool small_enough = longest <= longest_allowed;
             if (small_enough && bright_spot_ && longest > spot_edge)
                 small_enough = longest <= glm::length((a + b + c) / 3.0 - *bright_spot_);
             if (small_enough || memory_.elements.size() >= max_elements / 4) {
                 measure(memory_.elements[i++]);
-                continue;
-            }
-            const auto halve = [&](const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3& tip) {
-                const glm::dvec3 middle = glm::normalize(from + to);
-                ApertureElement other = memory_.elements[i];
-                other.corners = {middle, to, tip};
-                memory_.elements[i].corners = {from, middle, tip};
+            } else {
+                const ApertureElement other = cut_off_half(memory_.elements[i]);
                 memory_.elements.push_back(other);
-            };
-            if (longest == ab) halve(a, b, c);
-            else if (longest == bc) halve(b, c, a);
-            else halve(c, a, b);
+            }
         }
     }
 
     void measure(ApertureElement& element) const {
-        element.projected_solid_angle_sr = std::max(0.0, glm::dot(point_.normal, vector_solid_angle(element.corners)));
-    }
-
-    static std::array<glm::dvec3, place_count> directions_in(const ApertureElement& element) {
-        const glm::dvec3 centroid = (element.corners[0] + element.corners[1] + element.corners[2]) / 3.0;
-        std::array<glm::dvec3, place_count> directions;
-        directions[0] = glm::normalize(centroid);
-        for (std::size_t k = 0; k < 3; ++k) {
-            const glm::dvec3 to_corner = element.corners[k] - centroid;
-            directions[1 + k] = glm::normalize(centroid + towards_corner * to_corner);
-            directions[4 + k] = glm::normalize(centroid + towards_side * to_corner);
-        }
-        return directions;
+        element.projected_solid_angle_sr = projected_solid_angle(element, point_.normal);
     }
 
     /// Looks where several things may be seen, and estimates the elements from `first` on.
@@ -293,11 +349,11 @@ private:
         memory_.rays.clear();
         for (std::size_t i = first; i < memory_.elements.size(); ++i) {
             if (!memory_.parts[memory_.elements[i].part].mixed) continue;
-            const auto directions = directions_in(memory_.elements[i]);
+            const auto directions = places_in(memory_.elements[i], point_.normal).directions;
             memory_.rays.insert(memory_.rays.end(), directions.begin(), directions.end());
         }
         memory_.seen.resize(memory_.rays.size());
-        if (!memory_.rays.empty()) visibility_.first_seen(point_, memory_.rays, memory_.seen);
+        if (!memory_.rays.empty()) view_.visibility().first_seen(point_, memory_.rays, memory_.seen);
         const FacetId* seen = memory_.seen.data();
         for (std::size_t i = first; i < memory_.elements.size(); ++i) {
             ApertureElement& element = memory_.elements[i];
@@ -313,41 +369,30 @@ private:
         element.mean_lx = element.smooth_error_lx = element.edge_error_lx = 0.0;
         const double whole_sr = element.projected_solid_angle_sr;
         if (!(whole_sr > 0.0)) return;
-        const auto& [a, b, c] = element.corners;
-        const glm::dvec3 plane_normal = glm::cross(c - a, b - a);
-        const std::array<glm::dvec3, place_count> directions = directions_in(element);
+        const Places places = places_in(element, point_.normal);
+        if (!(places.all > 0.0)) return;
         const bool smooth = !part.mixed && (part.seen != FacetId::none || light_.outdoors().sky.is_smooth());
-        std::array<IncomingLight, place_count> light;
-        std::array<double, place_count> density{}, mean{};
-        double all = 0.0, all_lx = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
+        std::array<double, place_count> mean{};
+        double all_lx = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
         for (std::size_t k = 0; k < place_count; ++k) {
-            light[k] = light_.along(point_.position_m, directions[k], seen ? seen[k] : part.seen, part.aperture);
-            // Projected solid angle per area of the plane through the corners, up to a factor: cos / r^2 times an obliquity
-            // that goes with 1 / r, where r is inverse to how far a unit direction reaches towards the plane.
-            const double reach = glm::dot(plane_normal, directions[k]);
-            density[k] = std::max(0.0, glm::dot(point_.normal, directions[k])) * reach * reach * reach;
-            mean[k] = light[k].mean();
-            const double weight = density[k] * (k == 0 ? centroid_weight : k < 4 ? corner_weight : side_weight);
-            all += weight;
-            all_lx += weight * mean[k];
+            const IncomingLight light =
+                light_.along(point_.position_m, places.directions[k], seen ? seen[k] : part.seen, part.aperture);
+            mean[k] = light.mean();
+            all_lx += places.weights[k] * mean[k];
             low = std::min(low, mean[k]), high = std::max(high, mean[k]);
+            element.value.add(whole_sr * places.weights[k] / places.all, light);
         }
-        if (!(all > 0.0)) return;
-        for (std::size_t k = 0; k < place_count; ++k) {
-            const double weight = density[k] * (k == 0 ? centroid_weight : k < 4 ? corner_weight : side_weight);
-            element.value.add(whole_sr * weight / all, light[k]);
-        }
-        element.mean_lx = whole_sr * all_lx / all;
+        element.mean_lx = whole_sr * all_lx / places.all;
         if (!smooth) {
             element.edge_error_lx = unresolved_error * whole_sr * (high - low);
             return;
         }
         const auto by_quadratic = [&](double t, std::size_t first) {
             const double share = quadratic_weight(t);
-            double weights = (1.0 - share) * density[0], sum = (1.0 - share) * density[0] * mean[0];
+            double weights = (1.0 - share) * places.density[0], sum = (1.0 - share) * places.density[0] * mean[0];
             for (std::size_t k = first; k < first + 3; ++k) {
-                weights += share / 3.0 * density[k];
-                sum += share / 3.0 * density[k] * mean[k];
+                weights += share / 3.0 * places.density[k];
+                sum += share / 3.0 * places.density[k] * mean[k];
             }
             return weights > 0.0 ? whole_sr * sum / weights : 0.0;
         };
@@ -363,7 +408,7 @@ private:
             smooth_error += element.smooth_error_lx;
             squared_edge_error += element.edge_error_lx * element.edge_error_lx;
         }
-        const double unobstructed = all_parts_sr_ * light_.outdoors().horizontal_illuminance().value / pi;
+        const double unobstructed = view_.projected_solid_angle_sr() * light_.outdoors().horizontal_illuminance().value / pi;
         const double allowed = tolerance_ * std::max(sum, negligible_share * unobstructed);
         const auto total = [&] { return smooth_error + confidence * std::sqrt(std::max(0.0, squared_edge_error)); };
         if (!(total() > allowed)) return false;
@@ -411,30 +456,94 @@ private:
         }
     }
 
+    const ViewDivision& view_;
     const GatherPoint& point_;
     const DirectionalLight& light_;
-    const FacetTree& tree_;
-    const Visibility& visibility_;
     AdaptiveScratch& memory_;
     double tolerance_;
-    double all_parts_sr_ = 0.0;  // projected solid angle
     std::optional<glm::dvec3> bright_spot_;
 };
 
+SkyAndOutdoors integrate(ViewDivision& view, const DirectionalLight& light, double tolerance, AdaptiveScratch& scratch) {
+    if (view.is_empty()) return {};
+    view.look();
+    return Integration(view, light, tolerance, scratch).run();
+}
+
+void spread_rays(ViewDivision& view, const RaySpacing& spacing, AdaptiveScratch& memory, std::vector<ViewRay>& rays) {
+    rays.clear();
+    if (view.is_empty()) return;
+    view.look();
+    const glm::dvec3& normal = view.point().normal;
+    const auto add_element = [&](const ApertureElement& element, const ViewPart& part) {
+        const double whole_sr = projected_solid_angle(element, normal);
+        const Places places = places_in(element, normal);
+        if (!(whole_sr > 0.0) || !(places.all > 0.0)) return;
+        for (std::size_t k = 0; k < place_count; ++k)
+            rays.push_back({places.directions[k], whole_sr * places.weights[k] / places.all, part.seen, part.aperture});
+    };
+    std::vector<ApertureElement>& waiting = memory.elements;
+    for (const bool mixed : {false, true}) {
+        const std::size_t first = rays.size();
+        for (const ViewPart& part : memory.parts) {
+            if (part.mixed != mixed || view.is_dark(part)) continue;
+            const std::span<const glm::dvec3> corners = view.corners_of(part);
+            const bool of_sky = mixed || (part.seen == FacetId::none && ViewDivision::middle_of(corners).z >= 0.0);
+            const double longest_allowed = of_sky ? spacing.sky : spacing.surfaces;
+            waiting.clear();
+            for (std::size_t k = 2; k < corners.size(); ++k) waiting.push_back({.corners = {corners[0], corners[k - 1], corners[k]}});
+            while (!waiting.empty()) {
+                if (longest_edge(waiting.back()) <= longest_allowed) {
+                    add_element(waiting.back(), part);
+                    waiting.pop_back();
+                } else {
+                    const ApertureElement other = cut_off_half(waiting.back());
+                    waiting.push_back(other);
+                }
+            }
+        }
+        if (!mixed || rays.size() == first) continue;
+        memory.rays.clear();
+        for (std::size_t k = first; k < rays.size(); ++k) memory.rays.push_back(rays[k].direction);
+        memory.seen.resize(memory.rays.size());
+        view.visibility().first_seen(view.point(), memory.rays, memory.seen);
+        for (std::size_t k = first; k < rays.size(); ++k) rays[k].seen = memory.seen[k - first];
+    }
+}
+
+void add_apertures(ViewDivision& view, std::span<const Opening> openings) {
+    for (std::size_t k = 0; k < openings.size(); ++k) view.add_aperture(k, openings[k]);
+}
+
 }  // namespace
+
+void spread_rays(const GatherPoint& point, const ApertureOutlook& apertures, const FacetTree& tree, double tolerance,
+                 const Visibility& visibility, const RaySpacing& spacing, AdaptiveScratch& scratch, std::vector<ViewRay>& rays) {
+    ViewDivision view(point, apertures, tree, tolerance, visibility, scratch);
+    add_apertures(view, apertures.openings());
+    spread_rays(view, spacing, scratch, rays);
+}
+
+void spread_rays_in_open_air(const GatherPoint& point, const OpenAir& air, const FacetTree& tree, double tolerance,
+                             const Visibility& visibility, const RaySpacing& spacing, AdaptiveScratch& scratch,
+                             std::vector<ViewRay>& rays) {
+    ViewDivision view(point, air, tree, tolerance, visibility, scratch);
+    view.add_open_air();
+    spread_rays(view, spacing, scratch, rays);
+}
 
 SkyAndOutdoors integrate_adaptively(const GatherPoint& point, const ApertureLight& light, const FacetTree& tree, double tolerance,
                                     const Visibility& visibility, AdaptiveScratch& scratch) {
-    Integration integration(point, light, tree, tolerance, visibility, scratch);
-    for (std::size_t k = 0; k < light.openings().size(); ++k) integration.add_aperture(k, light.openings()[k]);
-    return integration.run();
+    ViewDivision view(point, light.outlook(), tree, tolerance, visibility, scratch);
+    add_apertures(view, light.openings());
+    return integrate(view, light, tolerance, scratch);
 }
 
 SkyAndOutdoors integrate_open_air(const GatherPoint& point, const OpenAirLight& light, const FacetTree& tree, double tolerance,
                                   const Visibility& visibility, AdaptiveScratch& scratch) {
-    Integration integration(point, light, tree, tolerance, visibility, scratch);
-    integration.add_open_air();
-    return integration.run();
+    ViewDivision view(point, light.outlook(), tree, tolerance, visibility, scratch);
+    view.add_open_air();
+    return integrate(view, light, tolerance, scratch);
 }
 
 }  // namespace naturel

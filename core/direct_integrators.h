@@ -110,4 +110,26 @@ SkyAndOutdoors integrate_adaptively(const GatherPoint& point, const ApertureLigh
 SkyAndOutdoors integrate_open_air(const GatherPoint& point, const OpenAirLight& light, const FacetTree& tree, double tolerance,
                                   const Visibility& visibility, AdaptiveScratch& scratch);
 
+/// A ray of a quadrature: illuminance is the sum of projected solid angle times luminance.
+struct ViewRay {
+    glm::dvec3 direction{};
+    double projected_solid_angle_sr = 0.0;
+    FacetId seen = FacetId::none;
+    std::size_t aperture = 0;
+};
+
+/// The longest edges of the triangles that get seven rays each, as chords of the unit sphere.
+struct RaySpacing {
+    double sky = 0.1;
+    double surfaces = 0.1;  ///< ground and buildings
+};
+
+/// The rays to all that may shine on a point through apertures, for light that is not known yet: the integral by a rule of degree 5 on
+/// the same pieces of the view as integrate_adaptively() has.
+void spread_rays(const GatherPoint& point, const ApertureOutlook& apertures, const FacetTree& tree, double tolerance,
+                 const Visibility& visibility, const RaySpacing& spacing, AdaptiveScratch& scratch, std::vector<ViewRay>& rays);
+void spread_rays_in_open_air(const GatherPoint& point, const OpenAir& air, const FacetTree& tree, double tolerance,
+                             const Visibility& visibility, const RaySpacing& spacing, AdaptiveScratch& scratch,
+                             std::vector<ViewRay>& rays);
+
 }  // namespace naturel

@@ -53,10 +53,16 @@ bool GroundLattice::find(double x, double y, Place& place) const {
     return true;
 }
 
-LightBySource GroundLattice::interpolate(const Place& place, const std::vector<LightBySource>& values) const {
+std::array<std::pair<std::size_t, double>, 4> GroundLattice::weights(const Place& place) const {
     const std::size_t k = place.first_node, above = k + x_m.size();
     const double s = place.along_x, t = place.along_y;
-    return (1.0 - t) * ((1.0 - s) * values[k] + s * values[k + 1]) + t * ((1.0 - s) * values[above] + s * values[above + 1]);
+    return {{{k, (1.0 - t) * (1.0 - s)}, {k + 1, (1.0 - t) * s}, {above, t * (1.0 - s)}, {above + 1, t * s}}};
+}
+
+LightBySource GroundLattice::interpolate(const Place& place, const std::vector<LightBySource>& values) const {
+    LightBySource sum;
+    for (const auto& [node, weight] : weights(place)) sum += weight * values[node];
+    return sum;
 }
 
 void GroundLattice::fill_closed(std::vector<LightBySource>& values) const {

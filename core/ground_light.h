@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <glm/vec3.hpp>
+#include <utility>
 #include <vector>
 
 #include "core/building.h"
@@ -24,6 +26,7 @@ struct GroundLattice {
         double along_x = 0.0, along_y = 0.0;
     };
     bool find(double x, double y, Place& place) const;
+    std::array<std::pair<std::size_t, double>, 4> weights(const Place& place) const;  ///< node and weight
 
     /// values: [nodes]
     LightBySource interpolate(const Place& place, const std::vector<LightBySource>& values) const;

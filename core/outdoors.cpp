@@ -24,55 +24,6 @@ LightBySource ground_luminance(const Ground& ground, const OutdoorLight& light) 
             (sun_lx / pi) * (light.sun_colour * ground.reflectance)};
 }
 
-/// A place where corners of patches of one face meet.
-struct OutdoorNode {
-    FaceId face{};
-    GatherPoint point{};
-    double sun_share = 0.0;  ///< of the sun's light, mean of the patches around
-};
-
-constexpr std::size_t no_node = ~std::size_t{0};
-
-struct OutdoorNodes {
-    std::vector<OutdoorNode> nodes;
-    std::vector<std::size_t> node_of_corner;  ///< [corner_positions_m]; no_node: not of an outdoor patch
-};
-
-OutdoorNodes find_nodes(const Building& building, const PatchGrid& grid) {
-    struct Corner {
-        FaceId face;
-        std::array<std::int64_t, 3> place_um;
-        std::size_t corner, patch;
-    };
-    std::vector<Corner> corners;
-    for (std::size_t p = grid.gather_patch_count; p < grid.patches.size(); ++p) {
-        const Patch& patch = grid.patches[p];
-        for (std::size_t k = patch.first_corner; k < patch.first_corner + patch.corner_count; ++k) {
-            const glm::dvec3& at = grid.corner_positions_m[k];
-            corners.push_back({patch.face, {std::llround(at.x * 1e6), std::llround(at.y * 1e6), std::llround(at.z * 1e6)}, k, p});
-        }
-    }
-    std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
-        return std::tie(a.face, a.place_um, a.corner) < std::tie(b.face, b.place_um, b.corner);
-    });
-    OutdoorNodes found;
-    found.node_of_corner.resize(grid.corner_positions_m.size(), no_node);
-    for (std::size_t i = 0; i < corners.size();) {
-        const glm::dvec3 at = grid.corner_positions_m[corners[i].corner];
-        glm::dvec3 inwards{};
-        std::size_t end = i;
-        for (; end < corners.size() && corners[end].face == corners[i].face && corners[end].place_um == corners[i].place_um; ++end) {
-            const glm::dvec3 to_centroid = grid.patches[corners[end].patch].centroid_m - at;
-            inwards += std::min(0.1, inwards_m / std::max(1e-12, glm::length(to_centroid))) * to_centroid;
-            found.node_of_corner[corners[end].corner] = found.nodes.size();
-        }
-        const glm::dvec3& normal = building.faces[index(corners[i].face)].normal;
-        found.nodes.push_back({corners[i].face, {at + inwards, normal}});
-        i = end;
-    }
-    return found;
-}
-
 /// Whether the sun shines on a point, 1 or 0.
 double sees_sun(const OutdoorLight& light, const Visibility& visibility, const GatherPoint& point) {
     FacetId towards_sun{};
@@ -104,21 +55,16 @@ glm::dvec3 drawn_inside(std::span<const glm::dvec3> polygon, const Patch& patch,
 class OutdoorLighting {
 public:
     OutdoorLighting(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
-                    Progress& progress, OutdoorLight& light)
-        : scene_(scene), building_(building), grid_(grid), visibility_(visibility), progress_(progress), light_(light),
-          first_patch_(grid.gather_patch_count), tree_(building) {
-        faces_ = find_nodes(building, grid);
-        light_.corner_luminance_cd_m2.resize(faces_.node_of_corner.size());
+                    const OutdoorSurfaces& surfaces, const OutdoorGather& gather, Progress& progress, OutdoorLight& light)
+        : scene_(scene), building_(building), grid_(grid), visibility_(visibility), surfaces_(surfaces), gather_(gather),
+          progress_(progress), light_(light), first_patch_(grid.gather_patch_count), sun_share_(surfaces.nodes.size(), 0.0) {
+        light_.corner_luminance_cd_m2.resize(surfaces.node_of_corner.size());
         light_.patch_luminance_cd_m2.resize(grid.patches.size());
-        if (scene.ground.shadows) {
-            light_.ground_lattice = make_ground_lattice(scene, building, scene.grid.outdoor_spacing_m);
-            light_.lattice_luminance_cd_m2.assign(light_.ground_lattice.nodes.size(), light_.ground_luminance_cd_m2);
-        }
+        light_.ground_lattice = surfaces.lattice;
+        light_.lattice_luminance_cd_m2.assign(surfaces.lattice.nodes.size(), light_.ground_luminance_cd_m2);
         // What the emitting surfaces give by themselves, they give from the start.
-        for (std::size_t n = 0; n < faces_.nodes.size(); ++n) {
-            const Material& material = material_of(faces_.nodes[n].face);
-            node_luminance_.push_back({{}, (1.0 / pi) * material.exitance_lm_m2});
-        }
+        for (const OutdoorSurfaces::Node& node : surfaces.nodes)
+            node_luminance_.push_back({{}, (1.0 / pi) * material_of(node.face).exitance_lm_m2});
         spread_to_corners();
     }
 
@@ -143,8 +89,9 @@ private:
     }
 
     void spread_to_corners() {
-        for (std::size_t k = 0; k < faces_.node_of_corner.size(); ++k)
-            if (faces_.node_of_corner[k] != no_node) light_.corner_luminance_cd_m2[k] = node_luminance_[faces_.node_of_corner[k]];
+        const std::vector<std::size_t>& node_of_corner = surfaces_.node_of_corner;
+        for (std::size_t k = 0; k < node_of_corner.size(); ++k)
+            if (node_of_corner[k] != OutdoorSurfaces::no_node) light_.corner_luminance_cd_m2[k] = node_luminance_[node_of_corner[k]];
     }
 
     /// The share of each patch that the sun reaches, judged in one place for each of its sides; the nodes take the mean of their
@@ -163,16 +110,16 @@ private:
             }
             share[i] = sum / static_cast<double>(polygon.size());
         });
-        std::vector<double> area(faces_.nodes.size(), 0.0);
+        std::vector<double> area(surfaces_.nodes.size(), 0.0);
         for (std::size_t i = 0; i < share.size(); ++i) {
             const Patch& patch = grid_.patches[first_patch_ + i];
             for (std::size_t k = 0; k < patch.corner_count; ++k) {
-                const std::size_t n = faces_.node_of_corner[patch.first_corner + k];
-                faces_.nodes[n].sun_share += patch.area_m2 * share[i];
+                const std::size_t n = surfaces_.node_of_corner[patch.first_corner + k];
+                sun_share_[n] += patch.area_m2 * share[i];
                 area[n] += patch.area_m2;
             }
         }
-        for (std::size_t n = 0; n < area.size(); ++n) faces_.nodes[n].sun_share /= area[n];
+        for (std::size_t n = 0; n < area.size(); ++n) sun_share_[n] /= area[n];
 
         // The ground likewise: four places in each cell.
         const GroundLattice& lattice = light_.ground_lattice;
@@ -214,8 +161,7 @@ private:
         std::vector<LightBySource> luminance(lattice.nodes.size());
         parallel_stage("light on the ground", lattice.nodes.size(), 4, progress_, [&](std::size_t n) {
             if (!lattice.nodes[n].open) return;
-            const OutdoorIlluminance lit = gather_open_air(light_, building_, grid_, tree_, visibility_,
-                                                           {lattice.nodes[n].position_m, {0, 0, 1}}, tolerance(), scratch_.local());
+            const OutdoorIlluminance lit = gather_.at_lattice(light_, n);
             LightBySource arriving = LightBySource{lit.sky_lx, {}} + lit.reflected_lx;
             if (!ground_sun_share_.empty())
                 arriving.other += (ground_sun_share_[n] * light_.direct_normal_illuminance_lx * light_.sun_direction.z) * light_.sun_colour;
@@ -227,12 +173,11 @@ private:
 
     /// first: the faces see each other dark but for what they emit, which is not yet reflected: one reflection of sky and sun.
     void light_faces(bool first) {
-        std::vector<LightBySource> luminance(faces_.nodes.size());
-        parallel_stage(first ? "outdoors" : "outdoor interreflection", faces_.nodes.size(), 4, progress_, [&](std::size_t n) {
-            const OutdoorNode& node = faces_.nodes[n];
-            const OutdoorIlluminance lit =
-                gather_open_air(light_, building_, grid_, tree_, visibility_, node.point, tolerance(), scratch_.local());
-            const double sun_lx = light_.direct_normal_illuminance_lx * node.sun_share *
+        std::vector<LightBySource> luminance(surfaces_.nodes.size());
+        parallel_stage(first ? "outdoors" : "outdoor interreflection", surfaces_.nodes.size(), 4, progress_, [&](std::size_t n) {
+            const OutdoorSurfaces::Node& node = surfaces_.nodes[n];
+            const OutdoorIlluminance lit = gather_.at_face(light_, n);
+            const double sun_lx = light_.direct_normal_illuminance_lx * sun_share_[n] *
                                   std::max(0.0, glm::dot(node.point.normal, light_.sun_direction));
             const Material& material = material_of(node.face);
             const LightBySource arriving = LightBySource{lit.sky_lx, sun_lx * light_.sun_colour} + lit.reflected_lx;
@@ -243,21 +188,18 @@ private:
         spread_to_corners();
     }
 
-    /// Errors of nodes average out where a point sees many of them: 1e-3 is fine enough.
-    double tolerance() const { return std::max(1e-3, scene_.direct.tolerance); }
-
     const Scene& scene_;
     const Building& building_;
     const PatchGrid& grid_;
     const Visibility& visibility_;
+    const OutdoorSurfaces& surfaces_;
+    const OutdoorGather& gather_;
     Progress& progress_;
     OutdoorLight& light_;
     std::size_t first_patch_;
-    FacetTree tree_;
-    OutdoorNodes faces_;
-    std::vector<LightBySource> node_luminance_;  ///< [faces_.nodes]
+    std::vector<LightBySource> node_luminance_;  ///< [surfaces_.nodes]
+    std::vector<double> sun_share_;              ///< [surfaces_.nodes] of the sun's light, mean of the patches around
     std::vector<double> ground_sun_share_;       ///< [lattice nodes]; empty without sun
-    ThreadScratch<AdaptiveScratch> scratch_;
 };
 
 }  // namespace
@@ -269,39 +211,55 @@ OutdoorSource outdoor_source(const Building& building, const glm::dvec3& directi
     return dark ? OutdoorSource::dark : OutdoorSource::building;
 }
 
+OutdoorPlace find_outdoor_place(const Building& building, const PatchGrid& grid, const GroundLattice& lattice,
+                                const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen) {
+    OutdoorPlace place{.source = outdoor_source(building, direction, seen)};
+    if (place.source == OutdoorSource::ground) {
+        const double distance = (building.ground_z_m - from_m.z) / direction.z;
+        place.open_ground = lattice.nodes.empty() || !(distance > 0.0) ||
+                            !lattice.find(from_m.x + distance * direction.x, from_m.y + distance * direction.y, place.on_lattice);
+    }
+    if (place.source != OutdoorSource::building) return place;
+    const Facet& facet = building.facets[index(seen)];
+    const double distance = glm::dot(facet.normal, facet.vertices_m.front() - from_m) / glm::dot(facet.normal, direction);
+    if (!(distance < 1e12)) return place;  // edge on
+    const glm::dvec3 at = from_m + distance * direction;
+    place.patch = grid.patch_at(facet.face, at);
+    if (place.patch == PatchId::none) return place;
+    const Patch& patch = grid.patches[index(place.patch)];
+    if (patch.corner_count <= OutdoorPlace::most_corners)
+        grid.interpolation_weights(place.patch, drawn_inside(grid.polygon_of(place.patch), patch, at),
+                                   {place.corner_weights.data(), patch.corner_count});
+    return place;
+}
+
 LightBySource outdoor_luminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
                                 const glm::dvec3& from_m, const glm::dvec3& direction, FacetId seen) {
-    switch (outdoor_source(building, direction, seen)) {
+    const OutdoorPlace place = find_outdoor_place(building, grid, light.ground_lattice, from_m, direction, seen);
+    switch (place.source) {
         case OutdoorSource::dark:
             return {};
         case OutdoorSource::sky:
             return {light.sky.luminance(direction).value * light.sky_colour, {}};
-        case OutdoorSource::ground: {
-            GroundLattice::Place place;
-            const double distance = (building.ground_z_m - from_m.z) / direction.z;
-            if (light.lattice_luminance_cd_m2.empty() || !(distance > 0.0)) return light.ground_luminance_cd_m2;
-            if (!light.ground_lattice.find(from_m.x + distance * direction.x, from_m.y + distance * direction.y, place))
-                return light.ground_luminance_cd_m2;
-            return light.ground_lattice.interpolate(place, light.lattice_luminance_cd_m2);
-        }
+        case OutdoorSource::ground:
+            return place.open_ground ? light.ground_luminance_cd_m2
+                                     : light.ground_lattice.interpolate(place.on_lattice, light.lattice_luminance_cd_m2);
         case OutdoorSource::building:
             break;
     }
-    const Facet& facet = building.facets[index(seen)];
-    const double distance = glm::dot(facet.normal, facet.vertices_m.front() - from_m) / glm::dot(facet.normal, direction);
-    if (!(distance < 1e12)) return {};  // edge on
-    const glm::dvec3 place = from_m + distance * direction;
-    const PatchId id = grid.patch_at(facet.face, place);
-    if (id == PatchId::none) return {};
-    const Patch& patch = grid.patches[index(id)];
-    constexpr std::size_t most = 16;
-    if (patch.corner_count > most) return light.patch_luminance_cd_m2[index(id)];
-    std::array<double, most> weights;
-    grid.interpolation_weights(id, drawn_inside(grid.polygon_of(id), patch, place), {weights.data(), patch.corner_count});
+    if (place.patch == PatchId::none) return {};
+    const Patch& patch = grid.patches[index(place.patch)];
+    if (patch.corner_count > OutdoorPlace::most_corners) return light.patch_luminance_cd_m2[index(place.patch)];
     LightBySource sum;
     for (std::size_t k = 0; k < patch.corner_count; ++k)
-        sum += weights[k] * light.corner_luminance_cd_m2[patch.first_corner + k];
+        sum += place.corner_weights[k] * light.corner_luminance_cd_m2[patch.first_corner + k];
     return sum;
+}
+
+Band3 sun_in_open_air(const OutdoorLight& light, const Visibility& visibility, const GatherPoint& point) {
+    const double cos_sun = glm::dot(point.normal, light.sun_direction);
+    if (light.direct_normal_illuminance_lx <= 0.0 || cos_sun <= 0.0) return {};
+    return (light.direct_normal_illuminance_lx * cos_sun * sees_sun(light, visibility, point)) * light.sun_colour;
 }
 
 OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building& building, const PatchGrid& grid,
@@ -309,14 +267,47 @@ OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building
                                        double tolerance) {
     AdaptiveScratch scratch;
     OutdoorIlluminance found = gather_open_air(light, building, grid, tree, visibility, point, tolerance, scratch);
-    const double cos_sun = glm::dot(point.normal, light.sun_direction);
-    if (light.direct_normal_illuminance_lx > 0.0 && cos_sun > 0.0)
-        found.sun_lx = (light.direct_normal_illuminance_lx * cos_sun * sees_sun(light, visibility, point)) * light.sun_colour;
+    found.sun_lx = sun_in_open_air(light, visibility, point);
     return found;
 }
 
-OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
-                            const Visibility& visibility, Progress& progress) {
+OutdoorSurfaces find_outdoor_surfaces(const Scene& scene, const Building& building, const PatchGrid& grid) {
+    struct Corner {
+        FaceId face;
+        std::array<std::int64_t, 3> place_um;
+        std::size_t corner, patch;
+    };
+    std::vector<Corner> corners;
+    for (std::size_t p = grid.gather_patch_count; p < grid.patches.size(); ++p) {
+        const Patch& patch = grid.patches[p];
+        for (std::size_t k = patch.first_corner; k < patch.first_corner + patch.corner_count; ++k) {
+            const glm::dvec3& at = grid.corner_positions_m[k];
+            corners.push_back({patch.face, {std::llround(at.x * 1e6), std::llround(at.y * 1e6), std::llround(at.z * 1e6)}, k, p});
+        }
+    }
+    std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+        return std::tie(a.face, a.place_um, a.corner) < std::tie(b.face, b.place_um, b.corner);
+    });
+    OutdoorSurfaces found;
+    found.node_of_corner.resize(grid.corner_positions_m.size(), OutdoorSurfaces::no_node);
+    for (std::size_t i = 0; i < corners.size();) {
+        const glm::dvec3 at = grid.corner_positions_m[corners[i].corner];
+        glm::dvec3 inwards{};
+        std::size_t end = i;
+        for (; end < corners.size() && corners[end].face == corners[i].face && corners[end].place_um == corners[i].place_um; ++end) {
+            const glm::dvec3 to_centroid = grid.patches[corners[end].patch].centroid_m - at;
+            inwards += std::min(0.1, inwards_m / std::max(1e-12, glm::length(to_centroid))) * to_centroid;
+            found.node_of_corner[corners[end].corner] = found.nodes.size();
+        }
+        const glm::dvec3& normal = building.faces[index(corners[i].face)].normal;
+        found.nodes.push_back({corners[i].face, {at + inwards, normal}, corners[i].corner});
+        i = end;
+    }
+    if (scene.ground.shadows) found.lattice = make_ground_lattice(scene, building, scene.grid.outdoor_spacing_m);
+    return found;
+}
+
+OutdoorLight unobstructed_light(const Scene& scene) {
     const SunDescription sun = scene.sun.value_or(SunDescription{});
     const glm::dvec3 sun_direction =
         scene.sun ? direction_from_angles(sun.altitude_rad, sun.azimuth_rad) : glm::dvec3{0, 0, 1};
@@ -328,7 +319,30 @@ OutdoorLight light_outdoors(const Scene& scene, const Building& building, const 
                        .sky_colour = scene.sky.colour.band,
                        .sun_colour = sun.colour.band};
     light.ground_luminance_cd_m2 = ground_luminance(scene.ground, light);
-    OutdoorLighting(scene, building, grid, visibility, progress, light).light_all();
+    return light;
+}
+
+void light_surfaces(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
+                    const OutdoorSurfaces& surfaces, const OutdoorGather& gather, Progress& progress, OutdoorLight& light) {
+    OutdoorLighting(scene, building, grid, visibility, surfaces, gather, progress, light).light_all();
+}
+
+OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
+                            const Visibility& visibility, Progress& progress) {
+    OutdoorLight light = unobstructed_light(scene);
+    const OutdoorSurfaces surfaces = find_outdoor_surfaces(scene, building, grid);
+    const FacetTree tree(building);
+    // Errors of nodes average out where a point sees many of them: 1e-3 is fine enough.
+    const double tolerance = std::max(1e-3, scene.direct.tolerance);
+    ThreadScratch<AdaptiveScratch> scratch;
+    const auto gather_at = [&](const OutdoorLight& so_far, const GatherPoint& point) {
+        return gather_open_air(so_far, building, grid, tree, visibility, point, tolerance, scratch.local());
+    };
+    const OutdoorGather gather{
+        .at_lattice = [&](const OutdoorLight& so_far,
+                          std::size_t n) { return gather_at(so_far, {surfaces.lattice.nodes[n].position_m, {0, 0, 1}}); },
+        .at_face = [&](const OutdoorLight& so_far, std::size_t n) { return gather_at(so_far, surfaces.nodes[n].point); }};
+    light_surfaces(scene, building, grid, visibility, surfaces, gather, progress, light);
     return light;
 }
 

@@ -19,6 +19,7 @@ public:
     double horizontal() const;
 
     int count() const { return patches_.count(); }
+    const SkyPatches& patches() const { return patches_; }
     bool is_interpolated() const { return interpolated_; }
 
 private:

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "core/units.h"
-#include "embree_backend/wide.h"
+#include "core/wide.h"
 
 namespace naturel::embree_sampling {
 namespace {
