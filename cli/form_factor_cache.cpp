@@ -106,7 +106,9 @@ public:
     void occluded(const GatherPoint& from, std::span<const glm::dvec3> directions, std::span<std::uint8_t> blocked) const override {
         seen_->occluded(from, directions, blocked);
     }
-    void view_facets(const View& view, std::span<FacetId> seen) const override { seen_->view_facets(view, seen); }
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        seen_->view_facets(camera, row_begin, row_end, seen);
+    }
 
     FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const override {
         const std::filesystem::path file =
