@@ -83,6 +83,15 @@ inline constexpr std::array colour_scale_kinds{
     Choice{ColourScaleKind::logarithmic, "logarithmic"},
 };
 
+inline constexpr std::array job_scripts{
+    Choice{JobScript::slurm, "slurm"},
+    Choice{JobScript::parallel, "parallel"},
+};
+inline constexpr std::array progress_forms{
+    Choice{ProgressForm::text, "text"},
+    Choice{ProgressForm::json, "json"},
+};
+
 /// The word for `value`, which must be among the choices.
 template <class Enum, std::size_t count>
 constexpr std::string_view name_of(const std::array<Choice<Enum>, count>& choices, Enum value) {

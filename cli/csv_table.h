@@ -22,15 +22,16 @@ public:
 
     CsvTable& cell(std::string_view text) {
         separate();
-        if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-            text_ += text;
-            return *this;
-        }
-        text_ += '"';
-        for (const char c : text)
-            text_.append(c == '"' ? 2 : 1, c);
-        text_ += '"';
+        text_ += quoted(text);
         return *this;
+    }
+    /// A cell as it stands in a table.
+    static std::string quoted(std::string_view text) {
+        if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+        std::string cell = "\"";
+        for (const char c : text)
+            cell.append(c == '"' ? 2 : 1, c);
+        return cell + '"';
     }
     CsvTable& cell(std::size_t number) {
         separate();

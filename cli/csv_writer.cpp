@@ -42,18 +42,6 @@ void add_no_values(CsvTable& table) {
         table.cell(std::string_view());
 }
 
-std::string_view word(Medium medium) {
-    switch (medium) {
-        case Medium::solid:
-            return "solid";
-        case Medium::indoor_air:
-            return "indoor_air";
-        case Medium::outdoor_air:
-            return "outdoor_air";
-    }
-    return {};
-}
-
 /// A table whose row k is made by add_row(table, k), many rows at a time on several threads.
 template <class AddRow>
 std::string in_parallel(const std::string& header, std::size_t rows, const AddRow& add_row) {
@@ -72,6 +60,18 @@ std::string in_parallel(const std::string& header, std::size_t rows, const AddRo
 
 }  // namespace
 
+std::string_view medium_word(Medium medium) {
+    switch (medium) {
+        case Medium::solid:
+            return "solid";
+        case Medium::indoor_air:
+            return "indoor_air";
+        case Medium::outdoor_air:
+            return "outdoor_air";
+    }
+    return {};
+}
+
 std::string sensors_csv(const Result& result) {
     return in_parallel("id,set," + point_columns + ",medium" + erc_columns, result.solution.sensors.size(), [&](CsvTable& table, std::size_t k) {
         const Sensor& sensor = result.solution.sensors[k];
@@ -81,7 +81,7 @@ std::string sensors_csv(const Result& result) {
             add_no_values(table);
         else
             add_values(table, result, result.solution.sensor_values[k]);
-        table.cell(word(sensor.medium));
+        table.cell(medium_word(sensor.medium));
         if (sensor.medium == Medium::solid)
             table.cell(std::string_view()).cell(std::string_view());
         else

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "cli/result.h"
 
@@ -14,5 +15,8 @@ std::string sensors_csv(const Result& result);
 std::string nodes_csv(const Result& result);    ///< one row per node of the indoor grid
 std::string patches_csv(
     const Result& result);  ///< one row per patch that exchanges light indoors, apertures included
+
+/// "solid", "indoor_air" or "outdoor_air".
+std::string_view medium_word(Medium medium);
 
 }  // namespace naturel

@@ -9,6 +9,7 @@ enum class ExitCode {
     wrong_usage = 2,
     bad_input = 3,
     not_converged = 4,
+    some_failed = 5,    ///< of the jobs of a study
     interrupted = 130,  ///< 128 + SIGINT, as shells do
 };
 

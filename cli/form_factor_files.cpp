@@ -9,6 +9,7 @@
 
 #include "cli/file_writer.h"
 #include "cli/little_endian.h"
+#include "cli/npy.h"
 #include "cli/zip_writer.h"
 
 namespace naturel {
@@ -67,26 +68,6 @@ void write_patches_csv(WholeFile& file, const FormFactorTable& table) {
                        table.form_factors.escaped[i], table.reciprocity_gap[i]);
     }
     file.write(text);
-}
-
-template <class T>
-constexpr std::string_view npy_type() {
-    if constexpr (std::is_same_v<T, double>) return "<f8";
-    if constexpr (std::is_same_v<T, float>) return "<f4";
-    if constexpr (std::is_same_v<T, std::uint32_t>) return "<u4";
-    if constexpr (std::is_same_v<T, std::int32_t>) return "<i4";
-    if constexpr (std::is_same_v<T, std::int64_t>) return "<i8";
-}
-
-/// Header of an NPY file, version 1.0: a Python dictionary, filled up with blanks so that data begin at a multiple of 64.
-std::string npy_header(std::string_view type, std::string_view shape) {
-    std::string dictionary = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", type, shape);
-    constexpr std::size_t before = 10;  // magic, version and length
-    dictionary.append(63 - (before + dictionary.size()) % 64, ' ');
-    dictionary += '\n';
-    std::string header("\x93NUMPY\x01\x00", 8);
-    append_bytes(header, static_cast<std::uint16_t>(dictionary.size()));
-    return header + dictionary;
 }
 
 template <class T>

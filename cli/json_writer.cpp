@@ -198,6 +198,14 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                     {"files", files}});
 }
 
+Json figures_json(const Result& result, const std::vector<SensorSetStatistics>& sets) {
+    const Json quality = quality_json(result);
+    return {{"outdoors", outdoors_json(result)},
+            {"sensor_sets", sensor_sets_json(sets)},
+            {"radiosity", quality["radiosity"]},
+            {"flux", quality["flux"]}};
+}
+
 std::string timings_json(const Result& result, const std::vector<StageTime>& stages) {
     const std::vector<StageWork> work = stage_work(result);
     Json list = Json::array();

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,9 @@ namespace naturel {
 /// on the number of threads.
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
                          const std::vector<WrittenView>& views);
+
+/// The part of a summary that differs from job to job of a study: the light outdoors, sets of sensors, radiosity and flux.
+nlohmann::ordered_json figures_json(const Result& result, const std::vector<SensorSetStatistics>& sets);
 
 /// Wall and processor time of each stage, the threads that worked, how much was asked of the visibility per second, and the most
 /// memory that the process has had so far.

@@ -5,10 +5,12 @@
 #include <cstdio>
 #include <optional>
 
+#include "cli/batch.h"
 #include "cli/check.h"
 #include "cli/compare.h"
 #include "cli/formfactors.h"
 #include "cli/guarded.h"
+#include "cli/merge.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/sky.h"
@@ -31,6 +33,7 @@ void stop_on_signals() {
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    signal(SIGXFSZ, SIG_IGN);  // a file that grows too long is an error of writing like a full disk
 }
 
 ExitCode execute(const RunOptions& options) {
@@ -74,6 +77,17 @@ ExitCode execute(const ZonesOptions& options) {
 ExitCode execute(const SkyOptions& options) {
     show_sky(options);
     return ExitCode::done;
+}
+
+ExitCode execute(const BatchOptions& options) {
+    const ThreadLimit limit(options.threads);
+    const bool drawn = !options.quiet && options.progress == ProgressForm::text && isatty(STDERR_FILENO) != 0;
+    TerminalProgress progress(drawn, stop_requested);
+    return batch(options, progress, drawn);
+}
+
+ExitCode execute(const MergeOptions& options) {
+    return merge(options);
 }
 
 ExitCode execute(ExitCode nothing_left_to_do) {

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <iostream>
@@ -13,6 +14,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "core/errors.h"
 #include "core/sky_models.h"
 #include "core/picture_reader.h"
 
@@ -295,6 +297,62 @@ void add_backend_options(CLI::App& app, BackendOptions& backends, std::uint64_t&
     add_projection_options(app, backends.hemicube);
 }
 
+/// "500M", "10G", or plain bytes.
+CLI::Validator byte_count() {
+    return CLI::Validator(
+        [](std::string& text) {
+            double number = 0.0;
+            const std::size_t unit = std::string("kMGT").find(text.empty() ? ' ' : text.back());
+            const std::string digits = unit == std::string::npos ? text : text.substr(0, text.size() - 1);
+            if (!CLI::detail::lexical_cast(digits, number) || !(number >= 0.0 && number <= 1e15))
+                return fmt::format("\"{}\" is not a number of bytes such as 500M or 10G", text);
+            if (unit != std::string::npos) text = fmt::format("{}", number * std::pow(1e3, static_cast<double>(unit) + 1.0));
+            return std::string();
+        },
+        "", "");
+}
+
+void add_cache(CLI::App& app, FormFactorCache& cache) {
+    constexpr auto group = "Form factors of earlier runs";
+    app.add_option("--cache", cache.folder, "folder where form factors are kept for runs with the same geometry and options")
+        ->type_name("DIR")
+        ->group(group);
+    app.add_option("--cache-limit", cache.limit_bytes, "bytes in that folder (500M, 10G); what was used longest ago goes first")
+        ->type_name("BYTES")
+        ->transform(byte_count())
+        ->group(group);
+}
+
+void add_batch_options(CLI::App& app, BatchOptions& options) {
+    app.add_option("STUDY", options.study, "study file (JSON, see docs/batch.md)")->required()->type_name("FILE");
+    app.add_option("--out", options.out, "folder for the results; finished jobs found there are not computed again")->type_name("DIR");
+    app.add_flag("--dry-run", options.dry_run, "print the jobs, what they share, memory and time, and compute nothing");
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    add_choice(app, "--progress", options.progress, progress_forms, "how progress is told on stderr; json: an object a line")
+        ->default_str(std::string(name_of(progress_forms, options.progress)));
+    app.add_option("--max-failures", options.max_failures, "stop when more jobs than that have failed")->type_name("N")->check(whole_number());
+    app.add_flag("--retry-failed", options.retry_failed, "compute jobs again that failed before");
+    constexpr auto group = "More than one process";
+    app.add_option_function<std::string>(
+           "--shard",
+           [&options](const std::string& text) {
+               options.shard = shard_of_text(text);
+               if (!options.shard) throw CLI::ValidationError("--shard", fmt::format("\"{}\" is no share of a study (2/8 would be the second of eight)", text));
+           },
+           "compute the I-th of N parts of the study (default: what the variables of a Slurm job array say)")
+        ->type_name("I/N")
+        ->group(group);
+    add_choice(app, "--print", options.print, job_scripts, "write a script that runs the study in shards to stdout, and compute nothing")->group(group);
+    app.add_option("--shards", options.shards, "of that script")->type_name("N")->check(within(1, 100000))->group(group);
+    add_cache(app, options.cache);
+}
+
+void add_merge_options(CLI::App& app, MergeOptions& options) {
+    app.add_option("DIR", options.folders, "folders of one study, of its shards for example")->required()->type_name("DIR...");
+    app.add_option("--out", options.out, "folder for the whole study; default: the only DIR")->type_name("DIR");
+}
+
 void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
     // So that --help shows the numbers of the default.
     options.daylight.node_indirect = options.quality.node_indirect;
@@ -379,6 +437,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->group(light_group);
 
     add_backend_options(app, options.backends, seed, accuracy);
+    add_cache(app, options.cache);
 }
 
 void add_trace(CLI::App& app, RunOptions& options) {
@@ -566,8 +625,36 @@ std::vector<std::pair<std::string, std::string>> CompareOptions::words() const {
             {"form_factor_repair", std::string(name_of(form_factor_repairs, repair))}};
 }
 
-std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
-    int argc, const char* const* argv) {
+RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
+    RunOptions run;
+    std::uint64_t seed = run.backends.embree.seed;
+    AccuracyOptions accuracy;
+    CLI::App app("naturel");
+    add_run_options(app, run, seed, accuracy);
+    std::vector<std::string> arguments;
+    for (const auto& [key, value] : words) {
+        std::string name = key;
+        std::ranges::replace(name, '_', '-');
+        const bool is_flag = app.get_option("--" + name)->get_expected_max() == 0;
+        if (is_flag && value != "true" && value != "false")
+            throw InputError("", fmt::format("--{}: \"{}\" is neither true nor false", name, value));
+        if (!is_flag || value == "true") arguments.push_back(is_flag ? "--" + name : fmt::format("--{}={}", name, value));
+    }
+    arguments.emplace_back("scene");
+    try {
+        std::ranges::reverse(arguments);  // CLI11 takes them from the back
+        app.parse(arguments);
+        finish(app, accuracy, run, seed);
+    } catch (const CLI::ParseError& error) {
+        throw InputError("", error.what());
+    }
+    if (run.backend == "both") throw InputError("", "--backend: a job has one backend (vary \"backend\" to compare them)");
+    return run;
+}
+
+std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
+             MergeOptions>
+parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
     FormFactorsOptions form_factors;
@@ -609,6 +696,14 @@ std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptio
         "zones", "find where the sun shines indoors and where no window is seen, and draw it");
     add_zones_options(*zones_command, zones);
 
+    BatchOptions batch;
+    batch.threads = run.threads;
+    CLI::App* batch_command = app.add_subcommand("batch", "compute every job of a study: scenes, and what varies in them");
+    add_batch_options(*batch_command, batch);
+    MergeOptions merge;
+    CLI::App* merge_command = app.add_subcommand("merge", "write the results of a study whose jobs lie in several folders");
+    add_merge_options(*merge_command, merge);
+
     SkyOptions sky;
     CLI::App* sky_command =
         app.add_subcommand("sky", "print the illuminances of a sky and draw its dome in false colour");
@@ -619,11 +714,13 @@ std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptio
 
     try {
         app.parse(argc, argv);
+        if (merge_command->parsed() && merge.folders.size() > 1 && merge.out.empty())
+            throw CLI::ValidationError("--out", "several folders are merged into another one (name it)");
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, formfactors, compare, timing, zones, sky)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, timing, zones, sky)",
+                    ? "missing command (known: run, check, formfactors, compare, timing, zones, sky, batch, merge)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, timing, zones, sky, batch, merge)",
                                   app.remaining().front()));
         finish(*run_command, accuracy, run, seed);
         finish(*timing_command, timing_accuracy, timing.run, seed);
@@ -643,6 +740,8 @@ std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptio
     if (compare_command->parsed()) return compare;
     if (zones_command->parsed()) return zones;
     if (sky_command->parsed()) return sky;
+    if (batch_command->parsed()) return batch;
+    if (merge_command->parsed()) return merge;
     return run;
 }
 

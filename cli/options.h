@@ -9,7 +9,10 @@
 
 #include "cli/backends.h"
 #include "cli/exit_codes.h"
+#include "cli/form_factor_cache.h"
+#include "cli/job_progress.h"
 #include "cli/quality.h"
+#include "cli/shard.h"
 #include "core/daylight.h"
 #include "core/false_colour.h"
 
@@ -50,6 +53,7 @@ struct RunOptions {
     std::optional<WhitePoint> white_point;
 
     FalseColour false_colour;
+    FormFactorCache cache;
 };
 
 /// `naturel timing SCENE`
@@ -127,9 +131,37 @@ struct SkyOptions {
     std::map<std::pair<std::string, std::string>, std::string> description;
 };
 
+enum class JobScript { slurm, parallel };
+
+/// `naturel batch STUDY`. What is computed, and how, the study says.
+struct BatchOptions {
+    std::filesystem::path study;
+    std::filesystem::path out = "out";
+    int threads = 1;  ///< as RunOptions::threads
+    bool quiet = false;
+    bool dry_run = false;
+    ProgressForm progress = ProgressForm::text;
+    std::optional<Shard> shard;       ///< default: what Slurm says
+    std::optional<JobScript> print;   ///< write this script instead of computing
+    std::size_t shards = 8;           ///< of the script
+    std::optional<std::size_t> max_failures;
+    bool retry_failed = false;
+    FormFactorCache cache;
+};
+
+/// `naturel merge DIR...`
+struct MergeOptions {
+    std::vector<std::filesystem::path> folders;
+    std::filesystem::path out;  ///< empty: the only folder itself
+};
+
+/// Options of `naturel run` by their names without "--" and with "_" for "-", as a study gives them. Throws InputError.
+RunOptions parse_run_options(const std::map<std::string, std::string>& words);
+
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
-    int argc, const char* const* argv);
+std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
+             MergeOptions>
+parse_command_line(int argc, const char* const* argv);
 
 }  // namespace naturel

@@ -13,8 +13,8 @@ Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& qu
     return scene;
 }
 
-Scene read_scene_file(const RunOptions& options) {
-    Scene scene = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
+void replace_by_options(Scene& scene, const RunOptions& options) {
+    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
     for (View& view : scene.views) {
@@ -22,6 +22,11 @@ Scene read_scene_file(const RunOptions& options) {
         if (options.tone_mapping) view.picture.tone_mapping = *options.tone_mapping;
         if (options.white_point) view.picture.white_point = *options.white_point;
     }
+}
+
+Scene read_scene_file(const RunOptions& options) {
+    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
+    replace_by_options(scene, options);
     return scene;
 }
 

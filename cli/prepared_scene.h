@@ -25,6 +25,9 @@ struct PreparedScene {
 /// grid_spacing_m: replaces what the file says.
 Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m);
 
+/// What the options of a run have another say in than the scene.
+void replace_by_options(Scene& scene, const RunOptions& options);
+
 /// The scene of a run, with what its options replace.
 Scene read_scene_file(const RunOptions& options);
 

@@ -109,7 +109,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     for (const Backend& backend : backends) {
         const std::filesystem::path folder = options.out / backend.name;
         StageClock clock(shared_clock.stages());
-        const std::unique_ptr<Visibility> visibility = backend.make(building, grid, options.backends);
+        const std::unique_ptr<Visibility> visibility =
+            with_cache(backend.make(building, grid, options.backends), building, grid, options.cache);
         refuse_what_memory_cannot_hold(forecast(scene, building, grid, sensors.size(), backend.name, options.backends,
                                                 options.daylight.node_indirect),
                                        *visibility, grid, progress);

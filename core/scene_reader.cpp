@@ -354,29 +354,29 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     return scene;
 }
 
-/// Reads at most one byte more than a document may have, so that an endless file is refused like a long one.
-std::string read_file(const std::filesystem::path& file) {
+}  // namespace
+
+std::string read_json_file(const std::filesystem::path& file, std::string_view kind) {
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(file, error);
     if (!std::filesystem::exists(status)) {
-        throw InputError(file.string(), "there is no such scene file (check the path)");
+        throw InputError(file.string(), fmt::format("there is no such {} file (check the path)", kind));
     }
     if (std::filesystem::is_directory(status)) {
-        throw InputError(file.string(), "this is a directory (a scene file is needed)");
+        throw InputError(file.string(), fmt::format("this is a directory (a {} file is needed)", kind));
     }
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file.string(), "the scene file cannot be opened (check its permissions)");
+    if (!stream) throw InputError(file.string(), fmt::format("the {} file cannot be opened (check its permissions)", kind));
+    // One byte more than a document may have: an endless file is refused like a long one.
     std::string text;
     std::array<char, 1 << 16> block;
     while (text.size() <= JsonDocument::max_bytes && stream.read(block.data(), block.size()).gcount() > 0) {
         text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
     }
     if (stream.bad())
-        throw InputError(file.string(), "the scene file cannot be read to its end (check the disk)");
+        throw InputError(file.string(), fmt::format("the {} file cannot be read to its end (check the disk)", kind));
     return text;
 }
-
-}  // namespace
 
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
     const JsonDocument document(std::string(text), file_name);
@@ -387,7 +387,7 @@ Scene read_scene_text(std::string_view text, const std::string& file_name, const
 }
 
 Scene read_scene(const std::filesystem::path& file, const SceneDefaults& defaults) {
-    return read_scene_text(read_file(file), file.string(), defaults);
+    return read_scene_text(read_json_file(file, "scene"), file.string(), defaults);
 }
 
 }  // namespace naturel

@@ -23,4 +23,7 @@ Scene read_scene(const std::filesystem::path& file, const SceneDefaults& default
 /// The same for text in memory; file_name appears in messages.
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults = {});
 
+/// The bytes of a file for JsonDocument. kind: "scene", for messages. Throws InputError.
+std::string read_json_file(const std::filesystem::path& file, std::string_view kind);
+
 }  // namespace naturel

@@ -1,0 +1,86 @@
+#include "cli/job_group.h"
+
+#include "cli/file_writer.h"
+#include "cli/job_figures.h"
+#include "cli/view_writer.h"
+#include "core/errors.h"
+
+namespace naturel {
+namespace {
+
+/// A grid that serves every sun is cut along no sunspot.
+PreparedScene prepare_without_sun(const JobInput& input, const Progress& progress) {
+    Scene scene = input.scene;
+    scene.sun.reset();
+    PreparedScene prepared = prepare_scene(std::move(scene), input.options->quality, progress);
+    prepared.scene.sun = input.scene.sun;
+    return prepared;
+}
+
+std::unique_ptr<Visibility> make_visibility(const RunOptions& options, const PreparedScene& prepared, std::size_t sensors,
+                                            const FormFactorCache& cache, Progress& progress) {
+    const Backend backend = backends_named(options.backend).front();
+    std::unique_ptr<Visibility> visibility = backend.make(prepared.building, prepared.grid, options.backends);
+    refuse_what_memory_cannot_hold(forecast(prepared.scene, prepared.building, prepared.grid, sensors, backend.name, options.backends,
+                                            options.daylight.node_indirect),
+                                   *visibility, prepared.grid, progress);
+    return with_cache(std::move(visibility), prepared.building, prepared.grid, cache);
+}
+
+}  // namespace
+
+JobGroup::JobGroup(const JobInput& any, const FormFactorCache& cache, Progress& progress)
+    : options_(*any.options), prepared_(prepare_without_sun(any, progress)),
+      sensors_(place_sensors(prepared_.scene, prepared_.building)),
+      visibility_(make_visibility(options_, prepared_, sensors_.size(), cache, progress)),
+      form_factors_(compute_form_factors(*visibility_, prepared_.grid, options_.daylight.form_factors, progress)),
+      series_(std::make_unique<SkySeries>(prepared_.scene, prepared_.building, prepared_.grid, *visibility_, form_factors_, sensors_,
+                                          options_.daylight, progress)) {}
+
+std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& jobs, bool keep_sensors, Progress& progress) {
+    std::vector<Scene> variants;
+    for (const PendingJob& job : jobs) {
+        variants.push_back(job.input.scene);
+        variants.back().grid.spacing_m = prepared_.scene.grid.spacing_m;  // where the scene left it to the preset
+    }
+    const std::vector<DaylightSolution> solutions = series_->solve(variants, progress);
+    std::vector<std::string> records;
+    for (std::size_t k = 0; k < jobs.size(); ++k) {
+        const Primaries primaries(variants[k].primaries);
+        const Result result{options_, variants[k], prepared_.building, prepared_.grid, *visibility_, solutions[k], primaries, {}};
+        records.push_back(done_record(jobs[k].key, result, keep_sensors));
+    }
+    return records;
+}
+
+std::string record_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, bool keep_sensors,
+                                 const FormFactorCache& cache, Progress& progress) {
+    const RunOptions& options = *job.input.options;
+    const PreparedScene prepared = prepare_scene(job.input.scene, options.quality, progress);
+    std::vector<Sensor> sensors = place_sensors(prepared.scene, prepared.building);
+    const std::unique_ptr<Visibility> visibility = make_visibility(options, prepared, sensors.size(), cache, progress);
+    const DaylightSolution solution = compute_daylight(prepared.scene, prepared.building, prepared.grid, *visibility, options.daylight,
+                                                       std::move(sensors), progress);
+    const Primaries primaries(prepared.scene.primaries);
+    const Result result{options, prepared.scene, prepared.building, prepared.grid, *visibility, solution, primaries, {}};
+    make_writable_folder(pictures);
+    prepare_view_folders(prepared.scene, options.false_colour, pictures);
+    write_views(result, pictures, progress);
+    return done_record(job.key, result, keep_sensors);
+}
+
+GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress) {
+    JobInput plain = any;
+    plain.scene.grid.zones = false;  // they take time and change little
+    const PreparedScene prepared = prepare_without_sun(plain, progress);
+    const std::size_t sensors = place_sensors(prepared.scene, prepared.building).size();
+    const Forecast f = forecast(prepared.scene, prepared.building, prepared.grid, sensors, any.options->backend,
+                                any.options->backends, any.options->daylight.node_indirect);
+    GroupForecast group{prepared.grid.gather_patch_count, sensors, f.peak_bytes(), f.seconds(), 0.0};
+    // Measured: docs/batch.md.
+    group.job_seconds = 4e-6 * static_cast<double>(prepared.grid.gather_patch_count);
+    if (pictures) group = {group.patches, sensors, group.bytes, 0.0, f.seconds()};
+    return group;
+}
+
+}  // namespace naturel

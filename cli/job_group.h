@@ -1,0 +1,55 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/form_factor_cache.h"
+#include "cli/forecast.h"
+#include "cli/prepared_scene.h"
+#include "cli/study_jobs.h"
+#include "core/sky_series.h"
+
+namespace naturel {
+
+/// A job about to be computed.
+struct PendingJob {
+    std::string key;
+    JobInput input;
+};
+
+/// What the jobs of a group share: assembly, grid, visibility, form factors, and all that SkySeries works out once.
+class JobGroup {
+public:
+    /// any: one of the jobs. Throws InputError and Interrupted.
+    JobGroup(const JobInput& any, const FormFactorCache& cache, Progress& progress);
+
+    const Scene& scene() const { return prepared_.scene; }
+    const std::vector<Sensor>& sensors() const { return sensors_; }
+
+    /// The records of jobs, one after the other; the same bytes however jobs are put together. Throws Interrupted.
+    std::vector<std::string> records_of(const std::vector<PendingJob>& jobs, bool keep_sensors, Progress& progress);
+
+private:
+    const RunOptions& options_;
+    PreparedScene prepared_;
+    std::vector<Sensor> sensors_;
+    std::unique_ptr<Visibility> visibility_;
+    FormFactors form_factors_;
+    std::unique_ptr<SkySeries> series_;
+};
+
+/// The record of a job that keeps pictures: computed as `naturel run` would, with a grid cut along its own sunspots. The views are
+/// written below `pictures`.
+std::string record_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, bool keep_sensors,
+                                 const FormFactorCache& cache, Progress& progress);
+
+/// What a group will take.
+struct GroupForecast {
+    std::size_t patches = 0, sensors = 0;
+    double bytes = 0.0;
+    double first_seconds = 0.0;  ///< CPU time before there is any job
+    double job_seconds = 0.0;    ///< of each job
+};
+GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress);
+
+}  // namespace naturel

@@ -1,0 +1,155 @@
+#include "cli/job_records.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include "cli/little_endian.h"
+#include "core/errors.h"
+#include "core/sha256.h"
+
+namespace naturel {
+namespace {
+
+constexpr std::string_view magic = "NATURJOB";
+constexpr std::size_t checksum_bytes = 32;  // hexadecimal digits: 128 bits
+constexpr std::size_t head_bytes = magic.size() + sizeof(std::uint64_t) + checksum_bytes;
+
+std::string checksum(std::string_view content) {
+    return sha256_hex(content).substr(0, checksum_bytes);
+}
+
+std::string words_of(int error) {
+    return std::generic_category().message(error);
+}
+
+std::string bytes_of_file(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary | std::ios::ate);
+    if (!stream) return {};
+    const auto size = static_cast<std::streamoff>(stream.tellg());
+    std::string bytes(static_cast<std::size_t>(size), '\0');
+    stream.seekg(0).read(bytes.data(), size);
+    if (!stream) throw InputError(file.string(), "cannot be read to its end (check the disk)");
+    return bytes;
+}
+
+/// The content of a record that begins at `at`; empty if there is none, or it is not whole.
+std::string_view content_at(std::string_view bytes, std::size_t at) {
+    if (bytes.size() - at < head_bytes || bytes.substr(at, magic.size()) != magic) return {};
+    std::uint64_t length = 0;
+    std::memcpy(&length, bytes.data() + at + magic.size(), sizeof length);
+    if (length > bytes.size() - at - head_bytes) return {};
+    const std::string_view content = bytes.substr(at + head_bytes, length);
+    return bytes.substr(at + head_bytes - checksum_bytes, checksum_bytes) == checksum(content) ? content : std::string_view();
+}
+
+}  // namespace
+
+std::string record_bytes(std::string_view json, std::span<const double> numbers) {
+    std::string content(json);
+    content += '\n';
+    content += bytes_of(numbers);
+    std::string record(magic);
+    append_bytes<std::uint64_t>(record, content.size());
+    return record + checksum(content) + content;
+}
+
+RecordScan scan_records(const std::filesystem::path& file) {
+    const std::string bytes = bytes_of_file(file);
+    RecordScan scan;
+    std::size_t at = 0;
+    while (at < bytes.size()) {
+        const std::string_view content = content_at(bytes, at);
+        if (content.empty()) {
+            at = std::min(bytes.find(magic, at + 1), bytes.size());
+            continue;
+        }
+        scan.damaged_bytes += at - scan.end;
+        scan.records.push_back({{file, at + head_bytes, content.size(), bytes.substr(at + head_bytes - checksum_bytes, checksum_bytes)}, std::string(content.substr(0, content.find('\n')))});
+        at += head_bytes + content.size();
+        scan.end = at;
+    }
+    scan.tail_bytes = bytes.size() - scan.end;
+    return scan;
+}
+
+JobRecord read_record(const RecordPlace& place) {
+    std::ifstream stream(place.file, std::ios::binary);
+    std::string head(head_bytes, '\0'), content(place.length, '\0');
+    stream.seekg(static_cast<std::streamoff>(place.offset - head_bytes));
+    stream.read(head.data(), static_cast<std::streamsize>(head.size())).read(content.data(), static_cast<std::streamsize>(content.size()));
+    if (!stream || head.substr(head_bytes - checksum_bytes) != place.checksum)
+        throw InputError(place.file.string(), "has changed while it was read (is the disk well?)");
+    const std::size_t line = content.find('\n');
+    JobRecord record{content.substr(0, line), std::vector<double>((content.size() - line - 1) / sizeof(double))};
+    std::memcpy(record.numbers.data(), content.data() + line + 1, record.numbers.size() * sizeof(double));
+    return record;
+}
+
+RecordFile::RecordFile(const std::filesystem::path& file) : file_(file) {
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) throw InputError(file.string(), fmt::format("cannot be opened for writing: {}", words_of(errno)));
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+        const int error = errno;
+        ::close(descriptor_);
+        throw InputError(file.string(), error == EWOULDBLOCK ? "another naturel is at work on these jobs (wait for it, or choose another folder)"
+                                                             : fmt::format("cannot be locked: {}", words_of(error)));
+    }
+    const RecordScan scan = scan_records(file);
+    end_ = scan.end;
+    cut_bytes_ = scan.tail_bytes;
+    if (cut_bytes_ > 0 && ::ftruncate(descriptor_, static_cast<off_t>(end_)) != 0) {
+        const int error = errno;
+        ::close(descriptor_);
+        throw InputError(file.string(), fmt::format("cannot be cut to its last whole record: {}", words_of(error)));
+    }
+}
+
+RecordFile::~RecordFile() {
+    ::close(descriptor_);  // and with it goes the lock
+}
+
+void RecordFile::fail(int error) const {
+    // What was written of these records is worth nothing; if it cannot be cut off, the next reader will see that.
+    [[maybe_unused]] const int ignored = ::ftruncate(descriptor_, static_cast<off_t>(end_));
+    throw InputError(file_.string(), fmt::format("cannot be written: {} (finished jobs are safe: make room and give the same command again)",
+                                                 words_of(error)));
+}
+
+void RecordFile::append(std::string_view records) {
+    std::uint64_t at = end_;
+    while (!records.empty()) {
+        const ssize_t written = ::pwrite(descriptor_, records.data(), records.size(), static_cast<off_t>(at));
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) fail(errno);
+        at += static_cast<std::uint64_t>(written);
+        records.remove_prefix(static_cast<std::size_t>(written));
+    }
+    // Network file systems report a full disk here.
+    if (::fdatasync(descriptor_) != 0) fail(errno);
+    end_ = at;
+}
+
+FolderLock::FolderLock(const std::filesystem::path& file) {
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    int result = descriptor_ < 0 ? -1 : 0;
+    while (result == 0 && (result = ::flock(descriptor_, LOCK_EX)) != 0 && errno == EINTR) result = 0;
+    if (result != 0) {
+        const int error = errno;
+        if (descriptor_ >= 0) ::close(descriptor_);
+        throw InputError(file.string(), fmt::format("cannot be locked: {}", words_of(error)));
+    }
+}
+
+FolderLock::~FolderLock() {
+    ::close(descriptor_);
+}
+
+}  // namespace naturel

@@ -1,0 +1,32 @@
+#include "cli/job_shards.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+
+namespace naturel {
+
+std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<GroupCost>& costs, const Shard& shard) {
+    std::vector<std::size_t> row(jobs.jobs.size());
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    std::ranges::stable_sort(row, {}, [&](std::size_t job) { return jobs.jobs[job].group; });
+    // In whole microseconds: every machine must come to the same cuts.
+    const auto in_microseconds = [](double seconds) { return static_cast<std::uint64_t>(1e6 * seconds) + 1; };
+    std::vector<std::uint64_t> begins;  // [row] cost of all before
+    std::uint64_t sum = 0;
+    for (std::size_t k = 0; k < row.size(); ++k) {
+        const StudyJob& job = jobs.jobs[row[k]];
+        const bool first = k == 0 || jobs.jobs[row[k - 1]].group != job.group;
+        begins.push_back(sum);
+        if (job.invalid.empty())
+            sum += in_microseconds(costs[job.group].job_seconds) + (first ? in_microseconds(costs[job.group].first_seconds) : 0);
+    }
+    const auto cut = [&](std::size_t number) {
+        if (number == shard.count) return row.end();
+        const std::uint64_t aim = sum / shard.count * number + sum % shard.count * number / shard.count;
+        return row.begin() + (std::ranges::lower_bound(begins, aim) - begins.begin());
+    };
+    return {cut(shard.number - 1), cut(shard.number)};
+}
+
+}  // namespace naturel

@@ -1,0 +1,72 @@
+#include "cli/merge.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <set>
+
+#include "cli/file_writer.h"
+#include "cli/job_results.h"
+#include "core/errors.h"
+
+namespace naturel {
+namespace {
+
+/// One record of everything that the list speaks of, in its order.
+std::string all_records(const JobList& list, const FinishedJobs& finished) {
+    std::string bytes;
+    std::set<std::string> taken;
+    const auto take = [&](const std::string& key) {
+        const RecordPlace* place = finished.find(key);
+        if (place == nullptr || !taken.insert(key).second) return;
+        const JobRecord record = read_record(*place);
+        bytes += record_bytes(record.json, record.numbers);
+    };
+    for (const ListedJob& job : list.jobs) {
+        take(job.group_key);
+        take(job.key);
+    }
+    return bytes;
+}
+
+void copy_images(const std::filesystem::path& from, const std::filesystem::path& to) {
+    std::error_code error;
+    if (!std::filesystem::exists(from / "images", error) || std::filesystem::equivalent(from, to, error)) return;
+    using Options = std::filesystem::copy_options;
+    std::filesystem::copy(from / "images", to / "images", Options::recursive | Options::overwrite_existing, error);
+    if (error) throw InputError((to / "images").string(), fmt::format("cannot be written: {}", error.message()));
+}
+
+}  // namespace
+
+ExitCode merge(const MergeOptions& options) {
+    const JobList list = read_job_list(options.folders.front());
+    const std::string text = job_list_text(list);
+    for (const std::filesystem::path& folder : options.folders)
+        if (job_list_text(read_job_list(folder)) != text)
+            throw InputError((folder / "jobs.jsonl").string(),
+                             fmt::format("belongs to another study than {} (folders of one study can be merged)", options.folders.front().string()));
+    const std::filesystem::path out = options.out.empty() ? options.folders.front() : options.out;
+    if (!options.out.empty()) {
+        make_writable_folder(out);
+        make_writable_folder(records_folder(out));
+    }
+    const FolderLock lock(out / "lock");
+    if (!options.out.empty()) {
+        keep_job_list(out, list);
+        FinishedJobs parts(options.folders.front());
+        for (const std::filesystem::path& folder : options.folders) parts.add(folder);
+        write_file(records_folder(out) / "merged.records", all_records(list, parts));
+        for (const std::filesystem::path& folder : options.folders) copy_images(folder, out);
+    }
+    const FinishedJobs finished(out);
+    for (const std::string& damage : finished.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
+    const JobCounts counts = write_results(out, list, finished);
+    const std::string account = fmt::format("study \"{}\": {} jobs done, {} failed, {} missing; written to {}\n", list.study, counts.done,
+                                            counts.failed, counts.missing, (out / "results.csv").string());
+    std::fputs(account.c_str(), stdout);
+    if (counts.failed + counts.missing > 0) return ExitCode::some_failed;
+    return counts.not_converged > 0 ? ExitCode::not_converged : ExitCode::done;
+}
+
+}  // namespace naturel

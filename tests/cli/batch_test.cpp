@@ -1,0 +1,489 @@
+#include <sys/mount.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "cli/study_keys.h"
+#include "tests/catch.h"
+#include "tests/cli/program.h"
+
+using namespace naturel::tests;
+
+namespace {
+
+using Json = nlohmann::json;
+
+/// The small room under two skies and with two floors, coarse: four jobs in one group.
+const Json four_jobs = {{"naturel_study", 1},
+                        {"name", "four"},
+                        {"scenes", "room.json"},
+                        {"options", {{"backend", "hemicube"}, {"cells", 32}}},
+                        {"vary",
+                         {{{"name", "floor"}, {"path", "/materials/floor"}, {"values", {{{"reflectance", 0.2}}, {{"reflectance", 0.6}}}}},
+                          {{"name", "sky"}, {"path", "/sky/horizontal_illuminance_lx"}, {"values", {10000, 20000}}}}}};
+
+class StudyFolder {
+public:
+    explicit StudyFolder(const Json& study = four_jobs) {
+        write(folder_ / "room.json", small_room);
+        put(study);
+    }
+    void put(const Json& study) const { write(folder_ / "study.json", study.dump(1)); }
+
+    std::filesystem::path operator/(std::string_view name) const { return folder_ / name; }
+    std::string study() const { return (folder_ / "study.json").string(); }
+
+    Outcome batch(std::string_view out, std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments{"batch", study(), "--out", (folder_ / out).string(), "--threads", "2"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_naturel(arguments);
+    }
+    std::map<std::string, std::string> results(std::string_view out) const {
+        std::map<std::string, std::string> files;
+        for (auto& [name, content] : files_below(folder_ / out))
+            if (name.starts_with("results") || name.starts_with("sensors")) files.emplace(name, std::move(content));
+        return files;
+    }
+
+private:
+    TemporaryFolder folder_;
+};
+
+std::vector<Json> lines_of(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<Json> lines;
+    for (std::string line; std::getline(stream, line);) lines.push_back(Json::parse(line));
+    return lines;
+}
+
+/// Records in all files of a folder, whole or not.
+std::size_t record_count(const std::filesystem::path& folder) {
+    std::size_t count = 0;
+    for (const auto& [name, content] : files_below(folder / "records"))
+        for (std::size_t at = content.find("NATURJOB"); at != std::string::npos; at = content.find("NATURJOB", at + 1)) ++count;
+    return count;
+}
+
+/// Many jobs of some milliseconds each.
+Json many_jobs(int count) {
+    Json study = four_jobs;
+    study["name"] = "many";
+    study["keep"] = {"sensors"};
+    study["vary"][1] = {{"name", "sky"}, {"path", "/sky/horizontal_illuminance_lx"}, {"range", {{"first", 1000}, {"last", 50000}, {"count", count}}}};
+    return study;
+}
+
+/// Kills the process at random instants until it ends by itself. Returns how often it was killed.
+int run_with_kills(const StudyFolder& study, std::string_view out, int kills, double longest_s) {
+    std::mt19937 random(7);
+    int killed = 0;
+    while (killed < kills) {
+        RunningProgram program({"batch", study.study(), "--out", (study / out).string(), "--threads", "2", "--quiet"});
+        std::this_thread::sleep_for(std::chrono::duration<double>(std::uniform_real_distribution(0.0, longest_s)(random)));
+        program.send(SIGKILL);
+        if (program.wait().exit_code != 128 + SIGKILL) break;
+        ++killed;
+    }
+    const Outcome last = study.batch(out);
+    INFO(last.errors);
+    CHECK(last.exit_code == 0);
+    return killed;
+}
+
+void check_refusal(const Json& study, const std::string& place, const std::string& text) {
+    const StudyFolder folder(study);
+    const Outcome outcome = folder.batch("out");
+    INFO(outcome.errors << "\nexpected at " << place << ": " << text);
+    CHECK(outcome.exit_code == 3);
+    CHECK(outcome.errors.find(text) != std::string::npos);
+    CHECK(outcome.errors.find(place) != std::string::npos);
+    CHECK(outcome.errors.find("study.json:") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+Json with(const char* pointer, const Json& value) {
+    Json study = four_jobs;
+    study[Json::json_pointer(pointer)] = value;
+    return study;
+}
+
+}  // namespace
+
+TEST_CASE("a study leaves a row per job whose numbers are those of the job", "[cli][batch]") {
+    const StudyFolder study(with("/keep", {"sensors"}));
+    const Outcome outcome = study.batch("out");
+    INFO(outcome.errors);
+    REQUIRE(outcome.exit_code == 0);
+    CHECK(outcome.output.find("4 jobs done, 0 failed, 0 missing") != std::string::npos);
+    const auto files = study.results("out");
+    const std::vector<Json> lines = lines_of(files.at("results.jsonl"));
+    REQUIRE(lines.size() == 4);
+    const auto mean = [&](std::size_t job, const char* what) {
+        return lines[job]["figures"]["sensor_sets"][0][what]["mean"].get<double>();
+    };
+    // The sun shines as before: light grows by less than the sky, daylight factors stay; a lighter floor gives more.
+    CHECK(lines[1]["parameters"]["sky"] == 20000);
+    CHECK(std::abs(mean(1, "daylight_factor_percent") / mean(0, "daylight_factor_percent") - 1.0) < 1e-5);
+    CHECK(mean(1, "illuminance_lx") > 1.05 * mean(0, "illuminance_lx"));
+    CHECK(mean(1, "illuminance_lx") < 2.0 * mean(0, "illuminance_lx"));
+    CHECK(mean(2, "illuminance_lx") > mean(0, "illuminance_lx"));
+
+    const std::string& table = files.at("results.csv");
+    CHECK(table.starts_with("job,group,row,scene,floor,sky,status,outdoors.zenith_luminance_cd_m2,outdoors.horizontal_illuminance_lx,"));
+    CHECK(std::ranges::count(table, '\n') == 5);
+
+    // The last axis of the array of sensors begins with the total; the sets follow each other.
+    const std::string& array = files.at("sensors_1.npy");
+    const std::size_t sensors = static_cast<std::size_t>(std::ranges::count(files.at("sensors_1.csv"), '\n')) - 1;
+    CHECK(array.find("'shape': (4, " + std::to_string(sensors) + ", 6)") != std::string::npos);
+    REQUIRE(array.size() == 128 + 4 * sensors * 6 * sizeof(double));
+    double sum_lx = 0.0;
+    const auto points = lines[2]["figures"]["sensor_sets"][0]["points"].get<std::size_t>();
+    for (std::size_t k = 0; k < points; ++k) {
+        double total_lx = 0.0;
+        std::memcpy(&total_lx, array.data() + 128 + (2 * sensors + k) * 6 * sizeof(double), sizeof total_lx);
+        sum_lx += total_lx;
+    }
+    CHECK(std::abs(sum_lx / static_cast<double>(points) / mean(2, "illuminance_lx") - 1.0) < 1e-12);
+}
+
+TEST_CASE("a job gives the numbers that a run of its scene gives", "[cli][batch]") {
+    Json room = Json::parse(small_room);
+    room.erase("sun");
+    StudyFolder study;
+    write(study / "room.json", room.dump());
+    REQUIRE(study.batch("out").exit_code == 0);
+    room["materials"]["floor"] = {{"reflectance", 0.6}};
+    room["sky"]["horizontal_illuminance_lx"] = 20000;
+    write(study / "varied.json", room.dump());
+    REQUIRE(run_naturel({"run", (study / "varied.json").string(), "--out", (study / "run").string(), "--backend", "hemicube", "--cells", "32",
+                         "--no-error-estimate", "--quiet"})
+                .exit_code == 0);
+    const Json summary = Json::parse(content_of(study / "run/hemicube/summary.json"));
+    const Json job = lines_of(study.results("out").at("results.jsonl"))[3]["figures"];
+    // Both stop the radiosity at 1e-6, on paths of their own.
+    for (const char* figure : {"mean", "min", "max"})
+        CHECK(std::abs(job["sensor_sets"][0]["illuminance_lx"][figure].get<double>() /
+                           summary["sensor_sets"][0]["illuminance_lx"][figure].get<double>() -
+                       1.0) < 1e-5);
+    CHECK(job["outdoors"] == summary["outdoors"]);
+}
+
+TEST_CASE("a study killed at any instant ends with the bytes of one that was not", "[cli][batch]") {
+    const StudyFolder study(many_jobs(20));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    run_with_kills(study, "killed", 4, 0.15);
+    CHECK((study.results("killed") == study.results("whole")));
+    CHECK(record_count(study / "killed") == 40 + 1);  // each job once, and the sensors
+}
+
+TEST_CASE("fifty random kills cost no finished job and no byte", "[cli][batch][slow]") {
+    const StudyFolder study(many_jobs(1500));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    const int killed = run_with_kills(study, "killed", 50, 1.0);
+    CHECK(killed >= 10);
+    CHECK((study.results("killed") == study.results("whole")));
+    CHECK(record_count(study / "killed") == 3000 + 1);
+}
+
+TEST_CASE("a torn or damaged record is never trusted", "[cli][batch]") {
+    const StudyFolder study(many_jobs(3));
+    REQUIRE(study.batch("out").exit_code == 0);
+    const auto whole = study.results("out");
+    const auto file = study / "out/records/shard_1_of_1.records";
+    const std::string records = content_of(file);
+    const std::size_t last = records.rfind("NATURJOB"), middle = records.find("NATURJOB", 1);
+    std::string torn = records, flipped = records;
+    torn.resize(last + (records.size() - last) / 2);
+    flipped[middle + 200] ^= 1;
+    for (const std::string& damaged : {torn, flipped, records.substr(0, last + 3), records + std::string(5000, '\0'), std::string("NATURJOB")}) {
+        write(file, damaged);
+        const Outcome outcome = study.batch("out");
+        INFO(outcome.errors);
+        CHECK(outcome.exit_code == 0);
+        CHECK((study.results("out") == whole));
+    }
+}
+
+TEST_CASE("a full disk ends a study with a clear word, and it goes on when there is room", "[cli][batch]") {
+    const StudyFolder study(many_jobs(20));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    // No file may grow beyond 20 kB; children inherit that.
+    struct rlimit before {};
+    getrlimit(RLIMIT_FSIZE, &before);
+    struct rlimit small = before;
+    small.rlim_cur = 20000;
+    setrlimit(RLIMIT_FSIZE, &small);
+    const Outcome full = study.batch("full");
+    setrlimit(RLIMIT_FSIZE, &before);
+    INFO(full.errors);
+    CHECK(full.exit_code == 3);
+    CHECK(full.errors.find("cannot be written: File too large (finished jobs are safe") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(study / "full/results.csv"));
+    CHECK(study.batch("full").exit_code == 0);
+    CHECK((study.results("full") == study.results("whole")));
+}
+
+TEST_CASE("a full and then a read-only file system cost a study nothing but time", "[cli][batch][slow]") {
+    const StudyFolder study(many_jobs(50));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    const auto disk = study / "disk";
+    std::filesystem::create_directory(disk);
+    if (::mount("naturel", disk.c_str(), "tmpfs", 0, "size=100k") != 0) {
+        WARN("skipped: only root may mount a small disk");
+        return;
+    }
+    const Outcome full = study.batch("disk");
+    CHECK(full.exit_code == 3);
+    CHECK(full.errors.find("No space left on device") != std::string::npos);
+    CHECK(::mount("naturel", disk.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, "size=10m") == 0);
+    const Outcome read_only = study.batch("disk");
+    CHECK(read_only.exit_code == 3);
+    CHECK(read_only.errors.find("Read-only file system") != std::string::npos);
+    CHECK(::mount("naturel", disk.c_str(), "tmpfs", MS_REMOUNT, "size=10m") == 0);
+    const Outcome rest = study.batch("disk");
+    CHECK(rest.exit_code == 0);
+    CHECK(rest.errors.find("jobs are finished already") != std::string::npos);
+    CHECK((study.results("disk") == study.results("whole")));
+    CHECK(record_count(disk) == 100 + 1);
+    ::umount(disk.c_str());
+}
+
+TEST_CASE("a folder that cannot be written to is refused before anything is computed", "[cli][batch]") {
+    const StudyFolder study;
+    write(study / "file", "keep me");
+    const Outcome outcome = study.batch("file");
+    CHECK(outcome.exit_code == 3);
+    CHECK(outcome.errors.find("cannot be made") != std::string::npos);
+    CHECK(content_of(study / "file") == "keep me");
+}
+
+TEST_CASE("shards share a study in one folder or in several, with the bytes of one process", "[cli][batch]") {
+    Json two_groups = four_jobs;
+    two_groups["keep"] = {"sensors"};
+    two_groups["vary"].push_back({{"path", "/grid/spacing_m"}, {"values", {1.0, 0.9}}});
+    const StudyFolder study(two_groups);
+    REQUIRE(study.batch("whole").exit_code == 0);
+    std::vector<std::string> merge{"merge"};
+    for (const char* shard : {"1/3", "3/3", "2/3"}) {
+        REQUIRE(study.batch("together", {"--shard", shard}).exit_code == 0);
+        const std::string own = std::string("own_") + shard[0];
+        REQUIRE(study.batch(own, {"--shard", shard}).exit_code == 0);
+        CHECK_FALSE(std::filesystem::exists(study / own / "results.csv"));
+        merge.push_back((study / own).string());
+    }
+    CHECK((study.results("together") == study.results("whole")));
+    CHECK(record_count(study / "together") == 8 + 2);
+
+    merge.insert(merge.end(), {"--out", (study / "merged").string()});
+    const Outcome merged = run_naturel(merge);
+    INFO(merged.errors);
+    CHECK(merged.exit_code == 0);
+    CHECK((study.results("merged") == study.results("whole")));
+
+    merge.erase(merge.begin() + 1);
+    merge.back() = (study / "partly").string();
+    const Outcome partly = run_naturel(merge);
+    CHECK(partly.exit_code == 5);
+    CHECK(partly.output.find("missing; written to") != std::string::npos);
+}
+
+TEST_CASE("a failed job is recorded, stops no other, and is tried again when asked for", "[cli][batch]") {
+    Json study_json = with("/vary/1/values", {10000, 20000, -1});
+    study_json["invalid_jobs"] = "record";
+    const StudyFolder study(study_json);
+    const Outcome outcome = study.batch("out");
+    INFO(outcome.errors);
+    CHECK(outcome.exit_code == 5);
+    CHECK(outcome.output.find("4 jobs done, 2 failed") != std::string::npos);
+    const std::vector<Json> lines = lines_of(study.results("out").at("results.jsonl"));
+    CHECK(lines[2]["status"] == "failed");
+    CHECK(lines[2]["error"].get<std::string>().find("-1 is out of range") != std::string::npos);
+    CHECK(lines[3]["status"] == "done");
+    CHECK(study.batch("out").errors.find("6 of 6 jobs are finished already") != std::string::npos);
+    CHECK(study.batch("out", {"--retry-failed"}).errors.find("4 of 6 jobs are finished already") != std::string::npos);
+
+    // A grid that nobody can lay is found only when it is tried: both jobs of that group fail, the others do not.
+    const StudyFolder fine(with("/vary/0", {{"path", "/grid/spacing_m"}, {"values", {0.001, 1.0}}}));
+    CHECK(fine.batch("out").exit_code == 5);
+    CHECK(lines_of(fine.results("out").at("results.jsonl"))[3]["status"] == "done");
+    const Outcome stopped = fine.batch("stopped", {"--max-failures", "0"});
+    CHECK(stopped.exit_code == 5);
+    CHECK(stopped.errors.find("stopped after 1 failures") != std::string::npos);
+}
+
+TEST_CASE("a study may get more jobs in a folder, but not other ones", "[cli][batch]") {
+    const StudyFolder study;
+    REQUIRE(study.batch("out").exit_code == 0);
+    study.put(with("/vary/1/values", {10000, 15000, 20000}));
+    const Outcome more = study.batch("out");
+    CHECK(more.exit_code == 0);
+    CHECK(more.errors.find("4 of 6 jobs are finished already") != std::string::npos);
+    const auto before = study.results("out");
+    study.put(with("/options/cells", 48));
+    const Outcome other = study.batch("out");
+    CHECK(other.exit_code == 3);
+    CHECK(other.errors.find("belongs to another study") != std::string::npos);
+    CHECK((study.results("out") == before));
+}
+
+TEST_CASE("Ctrl-C ends a study with exit code 130 and keeps what is finished", "[cli][batch]") {
+    Json study_json = many_jobs(20);
+    study_json["keep"] = {"images"};  // each job is a run of its own and takes some time
+    study_json["options"]["cells"] = 256;
+    const StudyFolder study(study_json);
+    RunningProgram program({"batch", study.study(), "--out", (study / "out").string(), "--threads", "2"});
+    const auto records = study / "out/records/shard_1_of_1.records";
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    std::error_code absent;
+    while ((!std::filesystem::exists(records) || std::filesystem::file_size(records, absent) < 1000) && std::chrono::steady_clock::now() < deadline)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    // Meanwhile nobody else may work on these jobs.
+    const Outcome second = study.batch("out");
+    CHECK(second.exit_code == 3);
+    CHECK(second.errors.find("another naturel is at work") != std::string::npos);
+    program.send(SIGINT);
+    const Outcome outcome = program.wait();
+    INFO(outcome.errors);
+    CHECK(outcome.exit_code == 130);
+    CHECK(outcome.errors.find("jobs are finished; the same command goes on from there") != std::string::npos);
+    CHECK(record_count(study / "out") >= 1);
+    CHECK(record_count(study / "out") < 40);
+}
+
+TEST_CASE("errors of a study name its line and what would be right", "[cli][batch]") {
+    check_refusal(with("/vary/1/values/1", "bright"), "/vary/1/values/1: scene \"room.json\" with /sky/horizontal_illuminance_lx = \"bright\": /sky/horizontal_illuminance_lx",
+                  "stands where a number belongs");
+    check_refusal(with("/vary/1/path", "/skies/0/level"), "/vary/1/path", "has no /skies to go on from");
+    check_refusal(with("/vary/1/path", "/polyhedra/7"), "/vary/1/path", "has no item \"7\" (0 to 2");
+    check_refusal(with("/vary/1/path", "sky"), "/vary/1/path", "is no path into the scene");
+    check_refusal(with("/vary/0/path", "/materials/flor"), "/vary/0/path", "has no material \"flor\" (did you mean \"floor\"?)");
+    check_refusal(with("/vary/1/name", "floor"), "/vary/1", "there is another parameter \"floor\"");
+    check_refusal(with("/options/ray", 5), "/options/ray", "did you mean \"rays\"?");
+    check_refusal(with("/options/cells", 0), "/options/cells", "--cells");
+    check_refusal(with("/options/backend", "both"), "/options/backend", "a job has one backend");
+    check_refusal(with("/scenes", "palace.json"), "/scenes", "there is no scene \"palace.json\"");
+    check_refusal(with("/vary/1/values", Json::array()), "/vary/1/values", "the list is empty");
+    check_refusal(with("/vary/1/name", "status"), "/vary/1", "is a column of every result");
+    check_refusal(with("/vary/1/range", {{"first", 1}, {"last", 2}, {"step", 1}}), "/vary/1", "more than one of");
+    check_refusal(with("/vary/1", {{"zip", {four_jobs["vary"][1], {{"path", "/name"}, {"values", {"a"}}}}}}), "/vary/1/zip/1", "has 1 values, the first of the zip 2");
+    check_refusal(with("/vary/1", {{"path", "/sun/altitude_deg"}, {"range", {{"first", 10}, {"last", 20}, {"step", -1}}}}), "/vary/1/range/step", "does not lead from 10 to 20");
+    check_refusal(with("/vary/1", {{"path", "/sun/date"}, {"dates", {{"first", "2026-02-30"}, {"last", "2026-03-01"}}}}), "/vary/1/dates/first", "is no date");
+    check_refusal(with("/sun_above_deg", 80), "study.json:1:1", "no job is left");
+    check_refusal(with("/vray", 1), "/vray", "did you mean \"vary\"?");
+}
+
+TEST_CASE("a dry run names jobs, groups, memory and time, and leaves nothing", "[cli][batch]") {
+    const StudyFolder study;
+    const Outcome outcome = study.batch("out", {"--dry-run"});
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.output.find("4 jobs in 1 groups") != std::string::npos);
+    CHECK(outcome.output.find("of memory") != std::string::npos);
+    CHECK(outcome.output.find("job 4 (group 1): scene room, floor {\"reflectance\":0.6}, sky 20000") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(study / "out"));
+    for (const char* scheduler : {"slurm", "parallel"}) {
+        const Outcome script = study.batch("out", {"--print", scheduler, "--shards", "3"});
+        CHECK(script.exit_code == 0);
+        CHECK(script.output.starts_with("#!/bin/bash\n"));
+        CHECK(script.output.find("/3") != std::string::npos);
+        CHECK_FALSE(std::filesystem::exists(study / "out"));
+    }
+}
+
+TEST_CASE("pictures are kept job by job", "[cli][batch]") {
+    Json study_json = with("/keep", {"images"});
+    study_json["vary"].erase(0);
+    const StudyFolder study(study_json);
+    const Outcome outcome = study.batch("out");
+    INFO(outcome.errors);
+    REQUIRE(outcome.exit_code == 0);
+    CHECK(std::filesystem::exists(study / "out/images/job_1/views/to__window.png"));
+    CHECK(std::filesystem::exists(study / "out/images/job_2/views/to__Window_2.exr"));
+}
+
+TEST_CASE("progress in JSON is an object a line", "[cli][batch]") {
+    const StudyFolder study;
+    const Outcome outcome = study.batch("out", {"--progress", "json"});
+    REQUIRE(outcome.exit_code == 0);
+    const std::vector<Json> lines = lines_of(outcome.errors);
+    REQUIRE(!lines.empty());
+    CHECK(lines.back()["done"] == 4);
+    CHECK(lines.back()["jobs"] == 4);
+    CHECK(lines.back()["failed"] == 0);
+}
+
+TEST_CASE("form factors come from the cache with the same results, and a damaged file does not count", "[cli][batch]") {
+    const StudyFolder study;
+    REQUIRE(study.batch("plain").exit_code == 0);
+    const std::string cache = (study / "cache").string();
+    const std::vector<std::string> with_cache{"--cache", cache, "--quiet"};
+    REQUIRE(study.batch("first", with_cache).exit_code == 0);
+    const auto files = files_below(cache);
+    REQUIRE(files.size() == 1);
+    const auto file = std::filesystem::path(cache) / files.begin()->first;
+    REQUIRE(study.batch("second", with_cache).errors.empty());
+    // A value changed in the file under a checksum that fits would show; bytes changed without are not believed.
+    std::string damaged = files.begin()->second;
+    damaged[damaged.size() / 2] ^= 1;
+    for (const std::string& bytes : {damaged, files.begin()->second.substr(0, 100), std::string()}) {
+        write(file, bytes);
+        std::filesystem::remove_all(study / "third");
+        CHECK(study.batch("third", with_cache).errors.find("is damaged") != std::string::npos);
+        CHECK((study.results("third") == study.results("plain")));
+        CHECK((content_of(file) == files.begin()->second));
+    }
+    CHECK((study.results("first") == study.results("plain")));
+    CHECK((study.results("second") == study.results("plain")));
+
+    // `run` with the same geometry and options uses the same file; another grid needs one of its own, for which the old one goes.
+    const std::vector<std::string> run{"run", (study / "room.json").string(), "--backend", "hemicube", "--cells", "32", "--quiet",
+                                       "--cache", cache, "--out", (study / "run").string(), "--no-error-estimate"};
+    REQUIRE(run_naturel(run).exit_code == 0);
+    const auto size_of_cache = [&] {
+        std::size_t bytes = 0;
+        for (const auto& [name, content] : files_below(cache)) bytes += content.size();
+        return bytes;
+    };
+    const std::size_t limit = size_of_cache() + 100;
+    std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+    auto other = run;
+    other.insert(other.end(), {"--seed", "5", "--cache-limit", std::to_string(limit)});
+    REQUIRE(run_naturel(other).exit_code == 0);
+    CHECK(!files_below(cache).empty());
+    CHECK(size_of_cache() <= limit);
+    CHECK_FALSE(std::filesystem::exists(file));
+}
+
+TEST_CASE("the schema of studies lists the keys that the reader knows", "[cli][batch]") {
+    const Json schema = Json::parse(content_of(NATUREL_SOURCE_DIR "/docs/study.schema.json"));
+    for (const naturel::SceneObjectKeys& keys : naturel::study_keys::all) {
+        INFO(keys.name);
+        const Json& object = keys.name == "study" ? schema : schema["$defs"][std::string(keys.name)];
+        std::vector<std::string> known, listed;
+        for (const auto& list : {std::vector<std::string_view>(keys.required.begin(), keys.required.end()),
+                                 std::vector<std::string_view>(keys.optional.begin(), keys.optional.end())})
+            for (const std::string_view key : list)
+                if (!key.empty()) known.emplace_back(key);
+        for (const auto& [key, value] : object.at("properties").items()) listed.push_back(key);
+        std::ranges::sort(known);
+        std::ranges::sort(listed);
+        CHECK(known == listed);
+        CHECK(object.at("additionalProperties") == false);
+    }
+}
+
+TEST_CASE("the shipped studies can be read", "[cli][batch]") {
+    for (const auto& entry : std::filesystem::directory_iterator(NATUREL_SOURCE_DIR "/scenes/studies")) {
+        INFO(entry.path().string());
+        const Outcome outcome = run_naturel({"batch", entry.path().string(), "--dry-run"});
+        INFO(outcome.errors);
+        CHECK(outcome.exit_code == 0);
+    }
+}
