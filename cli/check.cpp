@@ -14,11 +14,11 @@
 #include "cli/forecast.h"
 #include "cli/orientation.h"
 #include "cli/physical_memory.h"
+#include "cli/prepared_scene.h"
 #include "core/building.h"
 #include "core/form_factors.h"
 #include "core/glazing.h"
 #include "core/patch_grid.h"
-#include "core/scene_reader.h"
 #include "core/sensors.h"
 #include "core/sky.h"
 #include "core/sky_models.h"
@@ -215,7 +215,7 @@ std::size_t check_sensors(const CheckedScene& checked, Report& report) {
 void check_views(const CheckedScene& checked, Report& report) {
     for (const View& view : checked.scene.views) {
         report.say("  view \"{}\": {} x {} pixels", view.id, view.width, view.height);
-        if (medium_at(checked.scene, view.from_m) == Medium::solid)
+        if (view.cut_planes.empty() && medium_at(checked.scene, view.from_m) == Medium::solid)
             report.warn("view \"{}\" looks from inside a solid (at {:.3f}, {:.3f}, {:.3f})", view.id,
                         view.from_m.x, view.from_m.y, view.from_m.z);
     }
@@ -326,11 +326,9 @@ void check_rows(const CheckedScene& checked, const CheckOptions& options, std::s
 }  // namespace
 
 void check(const CheckOptions& options, Progress& progress) {
-    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
-    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
-    const Building building = assemble(scene);
-    choose_grid_spacing(scene, building, options.quality);
-    const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
+    const PreparedScene prepared = prepare_scene(read_scene_file(options.scene, options.quality, options.grid_spacing_m),
+                                                 options.quality, progress);
+    const auto& [scene, building, sun, zones, grid] = prepared;
     const std::unique_ptr<Visibility> visibility =
         backends_named(options.backend).front().make(building, grid, options.backends);
     const CheckedScene checked{scene, building, grid, *visibility};

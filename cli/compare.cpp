@@ -13,11 +13,11 @@
 #include "cli/comparison_writer.h"
 #include "cli/file_writer.h"
 #include "cli/json_text.h"
+#include "cli/prepared_scene.h"
 #include "core/colour_difference.h"
 #include "core/errors.h"
 #include "core/picture.h"
 #include "core/tone_mapping.h"
-#include "core/scene_reader.h"
 
 namespace naturel {
 namespace {
@@ -109,15 +109,12 @@ ExitCode compare(const CompareOptions& options, Progress& progress) {
     const std::vector<Backend> rays = backends_named("embree");
     if (rays.empty())
         throw InputError("compare", "this program was built without Embree: there is nothing to compare the projection with");
-    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
-    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
-    if (scene.sensors.empty())
+    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
+    if (read.sensors.empty())
         throw InputError(options.scene.string(), "/sensors: there are none (illuminance is compared at sensors: give a grid or points)");
     make_writable_folder(options.out);
-    const Building building = assemble(scene);
-    choose_grid_spacing(scene, building, options.quality);
-    const PatchGrid grid = make_patch_grid(building, scene.grid, scene.grid.zones ? find_light_zones(scene, building) : LightZones{});
-    if (progress.interrupted()) throw Interrupted();
+    const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress);
+    const auto& [scene, building, sun, zones, grid] = prepared;
     const BackendOptions reference_backend{.hemicube = {}, .embree = reference_options(grid, options.backends.embree.seed)};
     const BackendOptions companion_backend{.hemicube = {}, .embree = companion_options(options.backends.embree.seed)};
     const std::unique_ptr<Visibility> reference = rays.front().make(building, grid, reference_backend);

@@ -13,9 +13,9 @@
 #include "cli/forecast.h"
 #include "cli/form_factor_files.h"
 #include "cli/json_text.h"
+#include "cli/prepared_scene.h"
 #include "core/errors.h"
 #include "core/parallel.h"
-#include "core/scene_reader.h"
 
 namespace naturel {
 namespace {
@@ -118,14 +118,10 @@ std::string description(const FormFactorsOptions& options, const Scene& scene, c
 
 void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     const auto start = std::chrono::steady_clock::now();
-    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
-    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
+    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
     make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
-    const Building building = assemble(scene);
-    choose_grid_spacing(scene, building, options.quality);
-    if (progress.interrupted()) throw Interrupted();
-    const PatchGrid grid = make_patch_grid(building, scene.grid, find_light_zones(scene, building));
-    if (progress.interrupted()) throw Interrupted();
+    const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress);
+    const auto& [scene, building, sun, zones, grid] = prepared;
     const std::unique_ptr<Visibility> visibility =
         backends_named(options.backend).front().make(building, grid, options.backends);
     refuse_what_memory_cannot_hold(forecast(scene, building, grid, 0, options.backend, options.backends, IndirectMethod::patch),

@@ -5,22 +5,10 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/view_writer.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
-
-/// A picture that was written, for the summary.
-struct WrittenView {
-    std::string id;
-    std::vector<std::string> files;      ///< EXR, PNG and, if asked for, PNG in false colour
-    double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
-    PictureOptions options{};
-};
-
-/// One stage of a run and how long it took.
-struct StageTime {
-    std::string stage;
-    double seconds = 0.0;
-};
 
 // Texts of the JSON files. Keys keep their order; a number that is not finite is an internal fault.
 
@@ -29,7 +17,9 @@ struct StageTime {
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
                          const std::vector<WrittenView>& views);
 
-std::string timings_json(const std::vector<StageTime>& stages, int threads);
+/// Wall and processor time of each stage, the threads that worked, how much was asked of the visibility per second, and the most
+/// memory that the process has had so far.
+std::string timings_json(const Result& result, const std::vector<StageTime>& stages);
 
 /// A backend of a comparison and every option it had.
 struct ComparedBackend {

@@ -113,13 +113,6 @@ std::string illuminance_words(const ZoneReport& report, FaceId face) {
 
 }  // namespace
 
-std::optional<SunBeam> sun_beam(const Scene& scene) {
-    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
-        return {};
-    return SunBeam{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
-                   scene.sun->direct_normal_illuminance_lx, scene.sun->colour.band};
-}
-
 std::string sun_words(const ZoneReport& report) {
     if (report.sun)
         return fmt::format("sun at altitude {:.1f} deg, azimuth {:.1f} deg, {:.0f} lx direct normal",

@@ -8,9 +8,6 @@
 
 namespace naturel {
 
-/// The sun of a scene; empty when there is none, or when it gives no light.
-std::optional<SunBeam> sun_beam(const Scene& scene);
-
 /// The light zones of a building, and everything they came from: what the writers see. Refers to its parts.
 struct ZoneReport {
     const std::filesystem::path& scene_file;

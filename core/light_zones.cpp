@@ -9,6 +9,13 @@
 
 namespace naturel {
 
+std::optional<SunBeam> sun_beam(const Scene& scene) {
+    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
+        return {};
+    return SunBeam{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
+                   scene.sun->direct_normal_illuminance_lx, scene.sun->colour.band};
+}
+
 LightZones find_light_zones(const Scene& scene, const Building& building, const SunBeam* sun) {
     const UmbraFinder umbra(building, convex_occluders(scene, building));
     std::unique_ptr<const SunspotFinder> sunspots;
@@ -29,11 +36,8 @@ LightZones find_light_zones(const Scene& scene, const Building& building, const 
 
 LightZones find_light_zones(const Scene& scene, const Building& building) {
     if (!scene.grid.zones) return {};
-    if (!scene.sun || scene.sun->altitude_rad <= 0.0 || scene.sun->direct_normal_illuminance_lx <= 0.0)
-        return find_light_zones(scene, building, nullptr);
-    const SunBeam sun{direction_from_angles(scene.sun->altitude_rad, scene.sun->azimuth_rad),
-                      scene.sun->direct_normal_illuminance_lx, scene.sun->colour.band};
-    return find_light_zones(scene, building, &sun);
+    const std::optional<SunBeam> sun = sun_beam(scene);
+    return find_light_zones(scene, building, sun ? &*sun : nullptr);
 }
 
 }  // namespace naturel

@@ -29,6 +29,9 @@ struct SunBeam {
     Band3 colour = grey(1.0);  ///< bands of its light of illuminance 1
 };
 
+/// The sun of a scene; empty when there is none, or when it gives no light.
+std::optional<SunBeam> sun_beam(const Scene& scene);
+
 /// Exact for sunspots. Umbra zones are cautious: what several occluders hide only together may be missing, what is in
 /// them sees no aperture. sun: null when there is none or it is below the horizon.
 LightZones find_light_zones(const Scene& scene, const Building& building, const SunBeam* sun);
