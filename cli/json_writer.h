@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/sensor_maps.h"
 #include "cli/stage_clock.h"
 #include "cli/view_writer.h"
 
@@ -15,7 +16,7 @@ namespace naturel {
 /// What was computed, how, and how good it is: enough to run it again. No timings, and nothing that depends
 /// on the number of threads.
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
-                         const std::vector<WrittenView>& views);
+                         const std::vector<SensorMap>& maps, const std::vector<WrittenView>& views);
 
 std::string timings_json(const std::vector<StageTime>& stages, int threads);
 

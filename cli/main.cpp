@@ -11,6 +11,7 @@
 #include "cli/compare.h"
 #include "cli/formfactors.h"
 #include "cli/options.h"
+#include "cli/render.h"
 #include "cli/run.h"
 #include "cli/sky.h"
 #include "cli/terminal_progress.h"
@@ -38,6 +39,13 @@ ExitCode execute(const RunOptions& options) {
     const ThreadLimit limit(options.threads);
     TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
     return run(options, progress);
+}
+
+ExitCode execute(const RenderOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    render(options, progress);
+    return ExitCode::done;
 }
 
 ExitCode execute(const CheckOptions& options) {

@@ -17,11 +17,7 @@ Scene read_scene_file(const RunOptions& options) {
     Scene scene = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
-    for (View& view : scene.views) {
-        if (options.exposure) view.picture.exposure = *options.exposure;
-        if (options.tone_mapping) view.picture.tone_mapping = *options.tone_mapping;
-        if (options.white_point) view.picture.white_point = *options.white_point;
-    }
+    for (View& view : scene.views) options.picture.apply_to(view.picture);
     return scene;
 }
 

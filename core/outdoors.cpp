@@ -315,8 +315,7 @@ OutdoorIlluminance outdoor_illuminance(const OutdoorLight& light, const Building
     return found;
 }
 
-OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
-                            const Visibility& visibility, Progress& progress) {
+OutdoorLight outdoor_sources(const Scene& scene) {
     const SunDescription sun = scene.sun.value_or(SunDescription{});
     const glm::dvec3 sun_direction =
         scene.sun ? direction_from_angles(sun.altitude_rad, sun.azimuth_rad) : glm::dvec3{0, 0, 1};
@@ -328,6 +327,12 @@ OutdoorLight light_outdoors(const Scene& scene, const Building& building, const 
                        .sky_colour = scene.sky.colour.band,
                        .sun_colour = sun.colour.band};
     light.ground_luminance_cd_m2 = ground_luminance(scene.ground, light);
+    return light;
+}
+
+OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
+                            const Visibility& visibility, Progress& progress) {
+    OutdoorLight light = outdoor_sources(scene);
     OutdoorLighting(scene, building, grid, visibility, progress, light).light_all();
     return light;
 }

@@ -29,7 +29,7 @@ public:
 
     struct Sample {
         Band3 luminance_cd_m2{};
-        std::optional<Band3> illuminance_lx{};  // of an indoor surface
+        std::optional<LightBySource> illuminance_lx{};  // of an indoor surface
     };
 
     // What first_seen() found along a ray, through all apertures on the way.
@@ -45,7 +45,7 @@ public:
             if (facet.environment == Environment::indoor) {
                 sample.illuminance_lx = indoor_illuminance(facet, from_m + distance_m * direction);
                 const Material& material = scene_.materials[index(building_.faces[index(facet.face)].material)];
-                luminance = 1.0 / pi * (material.reflectance * *sample.illuminance_lx + material.exitance_lm_m2);
+                luminance = 1.0 / pi * (material.reflectance * sample.illuminance_lx->total() + material.exitance_lm_m2);
             }
         }
         const bool outdoors = seen == FacetId::none || building_.facets[index(seen)].environment == Environment::outdoor;
@@ -59,16 +59,18 @@ public:
     }
 
 private:
-    Band3 indoor_illuminance(const Facet& facet, const dvec3& point_m) const {
+    LightBySource indoor_illuminance(const Facet& facet, const dvec3& point_m) const {
         const PatchId patch = grid_.patch_at(facet.face, point_m);
         if (patch == PatchId::none) return {};
         const auto corners = grid_.corners_of(patch);
         std::vector<double>& weights = weights_.local();
         weights.resize(corners.size());
         grid_.interpolation_weights(patch, point_m, weights);
-        Band3 illuminance_lx;
-        for (std::size_t k = 0; k < corners.size(); ++k)
-            illuminance_lx += weights[k] * solution_.nodes[index(corners[k])].total_lx();
+        LightBySource illuminance_lx;
+        for (std::size_t k = 0; k < corners.size(); ++k) {
+            const PointIlluminance& node = solution_.nodes[index(corners[k])];
+            illuminance_lx += weights[k] * (node.direct.by_source() + node.indirect_lx);
+        }
         return illuminance_lx;
     }
 
@@ -94,10 +96,11 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
 
     const Painter painter(scene, building, grid, solution);
     Picture picture{.width = view.width, .height = view.height, .luminance_cd_m2 = std::vector<Band3>(width * height),
-                    .illuminance_lx = std::vector<Band3>(width * height)};
+                    .illuminance_lx = std::vector<Band3>(width * height), .sky_illuminance_lx = std::vector<Band3>(width * height)};
     parallel_stage("picture", height, 4, progress, [&](std::size_t row) {
         for (std::size_t column = 0; column < width; ++column) {
-            Band3 luminance, illuminance;
+            Band3 luminance;
+            LightBySource illuminance;
             int on_surfaces = 0;
             for (std::size_t j = row * samples_per_side; j < (row + 1) * samples_per_side; ++j) {
                 for (std::size_t i = column * samples_per_side; i < (column + 1) * samples_per_side; ++i) {
@@ -111,8 +114,9 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
             }
             const std::size_t pixel = row * width + column;
             picture.luminance_cd_m2[pixel] = 1.0 / (samples_per_side * samples_per_side) * luminance;
-            picture.illuminance_lx[pixel] = on_surfaces > 0 ? 1.0 / on_surfaces * illuminance
-                                                            : grey(std::numeric_limits<double>::quiet_NaN());
+            const Band3 none = grey(std::numeric_limits<double>::quiet_NaN());
+            picture.illuminance_lx[pixel] = on_surfaces > 0 ? 1.0 / on_surfaces * illuminance.total() : none;
+            picture.sky_illuminance_lx[pixel] = on_surfaces > 0 ? 1.0 / on_surfaces * illuminance.sky : none;
         }
     });
     return picture;

@@ -11,6 +11,7 @@ struct Picture {
     std::vector<Band3> luminance_cd_m2{};  ///< [width x height], per band
     /// [width x height], of the indoor surface that is seen, also through panes; NaN where none is.
     std::vector<Band3> illuminance_lx{};
+    std::vector<Band3> sky_illuminance_lx{};  ///< the part of it that stems from the sky: over the outdoor illuminance the daylight factor
 };
 
 /// Draws a view: surfaces with illuminance interpolated over each patch, and sky, ground and outdoor surfaces as seen

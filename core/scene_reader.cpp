@@ -418,14 +418,24 @@ std::string read_file(const std::filesystem::path& file) {
     return text;
 }
 
+Scene read_text_and_files(std::string_view text, const std::string& file_name, SideFiles files, const SceneDefaults& defaults) {
+    const JsonDocument document(std::string(text), file_name);
+    Scene scene = read_document(document, files, defaults);
+    scene.source_sha256 = files.sha256_with(text);
+    scene.sources = files.sources();
+    scene.sources.insert(scene.sources.begin(), {std::filesystem::path(file_name).filename().string(), std::string(text)});
+    return scene;
+}
+
 }  // namespace
 
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
-    const JsonDocument document(std::string(text), file_name);
-    SideFiles files(std::filesystem::path(file_name).parent_path());
-    Scene scene = read_document(document, files, defaults);
-    scene.source_sha256 = files.sha256_with(text);
-    return scene;
+    return read_text_and_files(text, file_name, SideFiles(std::filesystem::path(file_name).parent_path()), defaults);
+}
+
+Scene read_scene_sources(std::span<const SourceFile> sources, const SceneDefaults& defaults) {
+    NATUREL_EXPECT(!sources.empty());
+    return read_text_and_files(sources.front().text, sources.front().name, SideFiles({}, sources.subspan(1)), defaults);
 }
 
 Scene read_scene(const std::filesystem::path& file, const SceneDefaults& defaults) {

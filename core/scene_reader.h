@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -22,5 +23,8 @@ Scene read_scene(const std::filesystem::path& file, const SceneDefaults& default
 
 /// The same for text in memory; file_name appears in messages.
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults = {});
+
+/// The same from Scene::sources of a scene that was read before.
+Scene read_scene_sources(std::span<const SourceFile> sources, const SceneDefaults& defaults = {});
 
 }  // namespace naturel
