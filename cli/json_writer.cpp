@@ -161,6 +161,7 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
     const PatchGrid& grid = result.grid;
     Json pictures = Json::array();
     Json files{"nodes.csv", "patches.csv", "sensors.csv", "solution.bin", "timings.json"};
+    if (!glare_of(views).empty()) files.push_back(glare_file_name);
     for (const SensorMap& map : maps) files.push_back(map.file);
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},

@@ -427,6 +427,8 @@ void add_render_options(CLI::App& app, RenderOptions& options) {
         ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
     app.add_option("--height", options.height, "of the pictures; their width follows unless given")
         ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
+    app.add_option("--samples", options.samples, "rays along each side of a pixel")
+        ->type_name("N")->check(within(1, 16))->group(view_group);
     add_picture_overrides(app, options.picture);
     add_picture_files(app, options.picture_files);
 }

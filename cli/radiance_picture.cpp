@@ -67,6 +67,13 @@ std::string radiance_view(const View& view) {
         case ViewKind::perspective:
             return words('v', degrees_from_radians(view.field_of_view_rad), degrees_from_radians(2.0 * std::atan(camera.half_height)));
         case ViewKind::parallel: return words('l', 2.0 * camera.half_width, 2.0 * camera.half_height);
+        case ViewKind::fisheye: {
+            // Radiance has no word for equal areas (-vth is orthographic, -vts stereographic), and its angles run to the edges of the picture.
+            const double to_degrees = 2.0 * degrees_from_radians(camera.half_angle_rad);
+            if (view.projection == FisheyeProjection::equidistant) return words('a', to_degrees * camera.half_width, to_degrees * camera.half_height);
+            break;
+        }
+        case ViewKind::panorama: break;
     }
     return {};
 }
@@ -85,7 +92,9 @@ std::string encode_radiance(const Picture& picture, const Primaries& primaries, 
     std::vector<std::uint8_t> channel(width);
     for (std::size_t row = 0; row < static_cast<std::size_t>(picture.height); ++row) {
         for (std::size_t column = 0; column < width; ++column) {
-            const Band3& band = picture.luminance_cd_m2[row * width + column];
+            const std::size_t k = row * width + column;
+            const double coverage = picture.coverage.empty() ? 1.0 : static_cast<double>(picture.coverage[k]);
+            const Band3 band = coverage * picture.luminance_cd_m2[k];
             // White stays white, and luminance what it is: Radiance's weights are not those of our primaries.
             const double luminance = primaries.luminous(band);
             const double weighed = radiance_luminance.r * band.r + radiance_luminance.g * band.g + radiance_luminance.b * band.b;

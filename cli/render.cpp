@@ -10,10 +10,21 @@
 #include "cli/stored_solution.h"
 #include "cli/view_writer.h"
 #include "core/errors.h"
+#include "core/scene_reader.h"
 #include "core/scene_values.h"
+#include "core/view_reader.h"
 
 namespace naturel {
 namespace {
+
+/// A view in the words of a scene file, or a list of such.
+void append_views(const std::string& text, const std::string& where, const Scene& scene, std::vector<View>& views) {
+    const JsonDocument document(text, where);
+    const JsonValue root = document.root();
+    const std::vector<JsonValue> items = root.kind() == JsonKind::list ? root.items() : std::vector{root};
+    for (const JsonValue& item : items)
+        views.push_back(read_view(item, read_id(SceneObject(item, scene_keys::view).at("id")), {}, scene));
+}
 
 std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene) {
     if (options.views.empty()) {
@@ -23,14 +34,20 @@ std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene)
     }
     std::vector<View> views;
     for (const std::string& text : options.views) {
+        std::error_code error;
         const auto found = std::ranges::find(scene.views, text, &View::id);
         if (found != scene.views.end()) {
             views.push_back(*found);
-            continue;
+        } else if (text.find_first_of("{[") == text.find_first_not_of(" \t\r\n") && text.find_first_of("{[") != std::string::npos) {
+            append_views(text, "--view", scene, views);
+        } else if (std::filesystem::is_regular_file(text, error)) {
+            append_views(read_scene_file_text(text), text, scene, views);
+        } else {
+            std::vector<std::string_view> known;
+            for (const View& view : scene.views) known.push_back(view.id);
+            throw InputError("--view", fmt::format("the scene has no view {}, and there is no such file {}", in_quotes(text),
+                                                   known.empty() ? "(the scene has no views)" : suggestion(text, known)));
         }
-        std::vector<std::string_view> known;
-        for (const View& view : scene.views) known.push_back(view.id);
-        throw InputError("--view", fmt::format("the scene has no view {} {}", in_quotes(text), suggestion(text, known)));
     }
     return views;
 }
@@ -38,6 +55,7 @@ std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene)
 /// What options of the command line replace in a view.
 void replace(const RenderOptions& options, View& view) {
     options.picture.apply_to(view.picture);
+    if (options.samples) view.samples = *options.samples;
     const double ratio = static_cast<double>(view.height) / view.width;
     const auto pixels = [](double count) { return std::clamp(static_cast<int>(std::lround(count)), 1, 16384); };
     if (options.width) view.width = *options.width, view.height = pixels(ratio * view.width);
@@ -67,8 +85,11 @@ void render(const RenderOptions& options, Progress& progress) {
     const std::unique_ptr<Visibility> visibility = backends.front().make(building, grid, run.options.backends);
     const Primaries primaries(scene.primaries);
     const Result result{run.options, scene, building, grid, *visibility, run.solution, primaries};
-    std::string account;
-    for (const WrittenView& view : write_views(result, options.out, progress))
+    const std::vector<WrittenView> views = write_views(result, options.out, progress);
+    const std::vector<ViewGlare> glare = glare_of(views);
+    if (!glare.empty()) write_file(options.out / glare_file_name, glare_json(glare));
+    std::string account = glare_account(glare);
+    for (const WrittenView& view : views)
         for (const std::string& file : view.files) account += fmt::format("{}: written to {}\n", view.id, (options.out / file).string());
     std::fwrite(account.data(), 1, account.size(), stdout);
 }

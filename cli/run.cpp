@@ -139,6 +139,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         clock.end_stage("tables");
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
+        const std::vector<ViewGlare> glare = glare_of(views);
+        std::filesystem::remove(folder / glare_file_name, absent);
+        if (!glare.empty()) write_file(folder / glare_file_name, glare_json(glare));
         write_file(folder / "timings.json", timings_json(clock.stages(), options.threads));
         // Zones do not depend on the backend. They come after everything that may fail in the first one.
         if (totals.empty() && scene.grid.zones)
@@ -146,7 +149,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary_json(result, sets, maps, views));
 
-        print(stdout, run_account(result, sets) + fmt::format("  written to {}\n", folder.string()));
+        print(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())

@@ -302,6 +302,7 @@ StoredRun read_stored_solution(const std::filesystem::path& result, const Progre
         if (scene.ground.shadows)
             solution.outdoors.ground_lattice = make_ground_lattice(scene, building, scene.grid.outdoor_spacing_m);
         solution.sensors = place_sensors(scene, building);
+        solution.repair = options.daylight.form_factors.repair;
 
         const std::size_t exchanging = grid.gather_patch_count;
         const bool fits = same_places(nodes, node_places(grid)) && same_places(patches, patch_places(grid)) &&

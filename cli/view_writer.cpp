@@ -38,14 +38,23 @@ ImageMetadata image_metadata(const Result& result, const View& view) {
                             ? fmt::format("{} lx from {}", numbers({outdoors.direct_normal_illuminance_lx}), text(outdoors.sun_direction))
                             : "none"},
         {"naturel:view", view.id},
-        {"naturel:kind", std::string(view.kind == ViewKind::parallel ? "parallel" : "perspective")},
+        {"naturel:kind", std::string(name_of(view_kinds, view.kind))},
         {"naturel:from_m", text(view.from_m)},
         {"naturel:to_m", text(view.to_m)},
         {"naturel:up", text(view.up)}};
-    if (view.kind == ViewKind::parallel)
-        metadata.emplace_back("naturel:width_m", numbers({view.width_m}));
-    else
-        metadata.emplace_back("naturel:horizontal_fov_deg", numbers({degrees_from_radians(view.field_of_view_rad)}));
+    switch (view.kind) {
+        case ViewKind::parallel: metadata.emplace_back("naturel:width_m", numbers({view.width_m})); break;
+        case ViewKind::panorama: metadata.emplace_back("naturel:projection", "equirectangular"); break;
+        case ViewKind::fisheye:
+            metadata.emplace_back("naturel:projection", name_of(fisheye_projections, view.projection));
+            [[fallthrough]];
+        case ViewKind::perspective:
+            metadata.emplace_back("naturel:horizontal_fov_deg", numbers({degrees_from_radians(view.field_of_view_rad)}));
+    }
+    for (std::size_t k = 0; k < view.cut_planes.size(); ++k)
+        metadata.emplace_back(fmt::format("naturel:cut_plane_{}", k + 1),
+                              fmt::format("through {} normal {}", text(view.cut_planes[k].point_m), text(view.cut_planes[k].normal)));
+    metadata.emplace_back("naturel:samples", std::to_string(view.samples));
     return metadata;
 }
 
@@ -113,7 +122,7 @@ std::string encode(ImageFormat format, const Result& result, const View& view, c
     }
     metadata.emplace_back("naturel:white_cd_m2", numbers({screen.white_luminance_cd_m2}));
     metadata.emplace_back("naturel:tone_mapping", name_of(tone_mappings, view.picture.tone_mapping));
-    return encode_png(screen, metadata);
+    return encode_png(screen, picture.coverage, metadata);
 }
 
 }  // namespace
@@ -147,9 +156,16 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
             files.push_back(fmt::format("views/false_colour/{}.png", stems[k]));
             write_file(folder / files.back(), false_colour_png(result, view, picture, metadata));
         }
-        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture});
+        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture, judge_glare(result, view, picture, progress)});
     }
     return written;
+}
+
+std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views) {
+    std::vector<ViewGlare> glare;
+    for (const WrittenView& view : views)
+        if (view.glare) glare.push_back(*view.glare);
+    return glare;
 }
 
 }  // namespace naturel

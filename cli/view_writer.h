@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/view_glare.h"
 
 namespace naturel {
 
@@ -13,6 +14,7 @@ struct WrittenView {
     std::vector<std::string> files;      ///< in the order of PictureFiles::formats, then, if asked for, PNG in false colour
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
     PictureOptions options{};
+    std::optional<ViewGlare> glare{};
 };
 
 /// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws before a long calculation what
@@ -21,5 +23,8 @@ void prepare_view_folders(const Scene& scene, const PictureFiles& files, const s
 
 /// Draws every view of the scene and writes its pictures below `folder`.
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder, Progress& progress);
+
+/// What is known of the views that have it.
+std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views);
 
 }  // namespace naturel

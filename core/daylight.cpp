@@ -312,6 +312,7 @@ DaylightSolution compute_daylight(const Scene& scene, const Building& building, 
     solution.patch_components = std::move(direct.patch_components);
     solution.radiosity = std::move(radiosity);
     solution.form_factor_quality = form_factors.quality;
+    solution.repair = options.form_factors.repair;
     solution.sensors = std::move(sensors);
     solution.sensor_values = light_on_sensors(scene, building, grid, visibility, solution.outdoors, solution.radiosity, options,
                                               solution.sensors, progress);

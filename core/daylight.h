@@ -50,6 +50,7 @@ struct DaylightSolution {
     std::vector<PointIlluminance> sensor_values{};      ///< [sensors]
     RadiositySolution radiosity{};
     FormFactorQuality form_factor_quality{};
+    FormFactorRepair repair = FormFactorRepair::reciprocal;  ///< of rows: what collect() at another point needs
     std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
 };
 

@@ -212,32 +212,22 @@ public:
         });
     }
 
-    void view_facets(const View& view, std::span<FacetId> seen) const override {
-        const Camera camera = make_camera(view);
-        NATUREL_EXPECT(seen.size() ==
-                       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-        parallel_for(static_cast<std::size_t>(camera.height + 1) / 2, 1, [&](std::size_t tile_row) {
-            Packet packet;
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        const auto width = static_cast<std::size_t>(camera.width);
+        NATUREL_EXPECT(seen.size() == static_cast<std::size_t>(row_end - row_begin) * width);
+        Packet packet;
+        for (int top = row_begin; top < row_end; top += 2) {
             for (int left = 0; left < camera.width; left += 4) {
                 // Pixels past the right and lower margins repeat the last column and row.
-                const auto column = [&](unsigned k) {
-                    return std::min(left + static_cast<int>(k % 4), camera.width - 1);
-                };
-                const auto row = [&](unsigned k) {
-                    return std::min(2 * static_cast<int>(tile_row) + static_cast<int>(k / 4),
-                                    camera.height - 1);
-                };
-                for (unsigned k = 0; k < packet_size; ++k) {
-                    const Camera::Ray ray = camera.ray(column(k) + 0.5, row(k) + 0.5);
-                    packet.set_origin(k, glm::vec3(ray.origin_m - centre_m_));
-                    packet.set_direction(k, glm::vec3(ray.direction));
-                }
-                embree_api::trace(opaque_.get(), packet);
+                const auto column = [&](unsigned k) { return std::min(left + static_cast<int>(k % 4), camera.width - 1); };
+                const auto row = [&](unsigned k) { return std::min(top + static_cast<int>(k / 4), row_end - 1); };
+                start_view_packet(camera, row, column, packet);
+                trace_view_packet(camera.see_through, packet);
                 for (unsigned k = 0; k < packet_size; ++k)
-                    seen[static_cast<std::size_t>(row(k)) * static_cast<std::size_t>(camera.width) +
-                         static_cast<std::size_t>(column(k))] = seen_by(packet, k);
+                    seen[static_cast<std::size_t>(row(k) - row_begin) * width + static_cast<std::size_t>(column(k))] =
+                        seen_in_view(camera.see_through, packet, k);
             }
-        });
+        }
     }
 
 private:
@@ -467,6 +457,7 @@ private:
         surfaces_ = embree_api::make_scene(device_.get(), vertices, triangles);
         opaque_ =
             embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles));
+        choosy_ = embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles), true);
     }
 
     /// Where a ray meets the plane of a facet. In double from the plane, which Embree's float distance is too
@@ -555,6 +546,49 @@ private:
             }
             trace_them(packet, first, count);
         }
+    }
+
+    /// Sets the rays through eight pixels, as far as the cuts leave them.
+    template <class Row, class Column>
+    void start_view_packet(const Camera& camera, const Row& row, const Column& column, Packet& packet) const {
+        packet.start(packet_size);
+        if (camera.kind == ViewKind::perspective && camera.cut_planes.empty()) {
+            // The same directions, but for their length, which rays need not have.
+            const glm::dvec3 to_right = 2 * camera.half_width / camera.width * camera.right;
+            const glm::dvec3 down = -2 * camera.half_height / camera.height * camera.up;
+            const glm::dvec3 corner = camera.forward - 0.5 * camera.width * to_right - 0.5 * camera.height * down;
+            const glm::vec3 eye(camera.eye_m - centre_m_);
+            for (unsigned k = 0; k < packet_size; ++k) {
+                packet.set_origin(k, eye);
+                packet.set_direction(k, glm::vec3(corner + (column(k) + 0.5) * to_right + (row(k) + 0.5) * down));
+            }
+            return;
+        }
+        for (unsigned k = 0; k < packet_size; ++k) {
+            const double x = column(k) + 0.5, y = row(k) + 0.5;
+            const Camera::Ray ray = camera.ray(x, y);
+            const Camera::Reach reach = camera.reach(ray);
+            if (reach.empty() || !camera.shows(x, y)) packet.valid[k] = 0;
+            const double begin_m = packet.valid[k] == 0 ? 0.0 : reach.begin_m;
+            packet.set_origin(k, glm::vec3(ray.origin_m - centre_m_ + begin_m * ray.direction));
+            packet.set_direction(k, glm::vec3(ray.direction));
+            packet.rays.ray.tfar[k] = static_cast<float>(reach.end_m - begin_m);
+        }
+    }
+
+    void trace_view_packet(SeeThrough see_through, Packet& packet) const {
+        if (see_through == SeeThrough::nothing) return embree_api::trace_started(opaque_.get(), packet);
+        embree_api::trace_accepted(choosy_.get(), packet, [&](std::uint32_t triangle, const glm::dvec3& direction) {
+            const TracedFacet& facet = facets_[facet_of_triangle_[triangle]];
+            return glm::dot(facet.normal, direction) < 0.0 && (see_through == SeeThrough::backs || facet.receives);
+        });
+    }
+
+    /// What a ray passes through does not count at edges either: what it has met is the answer there.
+    FacetId seen_in_view(SeeThrough see_through, const Packet& packet, unsigned k) const {
+        if (see_through == SeeThrough::nothing) return seen_by(packet, k);
+        const std::uint32_t triangle = packet.triangle(k);
+        return triangle == embree_api::no_hit ? FacetId::none : make_id<FacetId>(facet_of_triangle_[triangle]);
     }
 
     RowScratch& begin_row() const {
@@ -655,6 +689,7 @@ private:
     embree_api::Device device_;
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`
+    embree_api::Scene choosy_;    ///< the same for views that see through something
     std::unique_ptr<const PairwiseExchange> pairwise_;  ///< null: hemispheres of rays
     double pair_tolerance_ = 0.0;
     mutable ThreadScratch<RowScratch> scratch_;
