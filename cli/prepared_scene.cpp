@@ -13,8 +13,9 @@ Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& qu
     return scene;
 }
 
-Scene read_scene_file(const RunOptions& options) {
-    Scene scene = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
+Scene read_scene_file(const RunOptions& options, std::vector<SourceFile>& sources) {
+    Scene scene = read_scene_with_sources(options.scene, scene_defaults(options.quality), sources);
+    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
     for (View& view : scene.views) options.picture.apply_to(view.picture);

@@ -9,6 +9,7 @@
 #include "core/patch_grid.h"
 #include "core/progress.h"
 #include "core/scene.h"
+#include "core/scene_sources.h"
 
 namespace naturel {
 
@@ -25,8 +26,8 @@ struct PreparedScene {
 /// grid_spacing_m: replaces what the file says.
 Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m);
 
-/// The scene of a run, with what its options replace.
-Scene read_scene_file(const RunOptions& options);
+/// The scene of a run, with what its options replace. sources: set to the files it was read from.
+Scene read_scene_file(const RunOptions& options, std::vector<SourceFile>& sources);
 
 /// Assembly, light zones and grid. Throws Interrupted.
 /// clock: told of each, where there is one.

@@ -10,7 +10,7 @@
 #include "cli/stored_solution.h"
 #include "cli/view_writer.h"
 #include "core/errors.h"
-#include "core/scene_reader.h"
+#include "core/scene_sources.h"
 #include "core/scene_values.h"
 #include "core/view_reader.h"
 

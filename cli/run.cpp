@@ -83,7 +83,8 @@ ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backe
 
 ExitCode run(const RunOptions& options, Progress& progress) {
     StageClock shared_clock;
-    Scene read = read_scene_file(options);
+    std::vector<SourceFile> sources;
+    Scene read = read_scene_file(options, sources);
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     for (const Backend& backend : backends) {
@@ -130,7 +131,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         write_file(folder / "sensors.csv", sensors_csv(result));
         write_file(folder / "nodes.csv", nodes_csv(result));
         write_file(folder / "patches.csv", patches_csv(result));
-        write_file(folder / stored_solution_name, stored_solution(result));
+        write_file(folder / stored_solution_name, stored_solution(result, sources));
         const std::vector<SensorMap> maps = draw_sensor_maps(result, sets);
         for (const SensorMap& map : maps) {
             make_writable_folder((folder / map.file).parent_path());

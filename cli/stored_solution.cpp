@@ -13,7 +13,7 @@
 #include "cli/little_endian.h"
 #include "core/errors.h"
 #include "core/ground_light.h"
-#include "core/scene_reader.h"
+#include "core/outdoor_sources.h"
 #include "core/sha256.h"
 
 namespace naturel {
@@ -231,12 +231,12 @@ bool same_places(const std::vector<glm::dvec3>& a, const std::vector<glm::dvec3>
 
 }  // namespace
 
-std::string stored_solution(const Result& result) {
+std::string stored_solution(const Result& result, std::span<const SourceFile> sources) {
     const std::vector<glm::dvec3> nodes = node_places(result.grid), patches = patch_places(result.grid);
-    Json sources = Json::array(), arrays = Json::array();
+    Json files = Json::array(), arrays = Json::array();
     std::string texts, numbers;
-    for (const SourceFile& source : result.scene.sources) {
-        sources.push_back({{"name", source.name}, {"bytes", source.text.size()}});
+    for (const SourceFile& source : sources) {
+        files.push_back({{"name", source.name}, {"bytes", source.text.size()}});
         texts += source.text;
     }
     const auto add = [&](const char* name, const auto& values) {
@@ -252,7 +252,7 @@ std::string stored_solution(const Result& result) {
                       {"options", options_json(result.options)},
                       {"scene", replaced_json(result.scene)},
                       {"radiosity", radiosity_json(result.solution.radiosity)},
-                      {"sources", sources},
+                      {"sources", files},
                       {"arrays", arrays}};
     const std::string words = header.dump();
     std::string rest;

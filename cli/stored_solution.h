@@ -1,10 +1,12 @@
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "cli/options.h"
 #include "cli/prepared_scene.h"
 #include "cli/result.h"
+#include "core/scene_sources.h"
 
 namespace naturel {
 
@@ -12,8 +14,8 @@ inline constexpr const char* stored_solution_name = "solution.bin";
 
 /// A finished run as a file keeps it, for pictures without computing again (docs/stored_solution.md): the scene and its side files,
 /// the options, and the numbers at nodes, patches and sensors. What follows from the scene alone (building, zones, grid, sky) is
-/// made again when it is read. Equal results give equal bytes.
-std::string stored_solution(const Result& result);
+/// made again when it is read. Equal results give equal bytes. sources: that the scene was read from.
+std::string stored_solution(const Result& result, std::span<const SourceFile> sources);
 
 /// A run that has been read back: what Result refers to, but for the visibility.
 struct StoredRun {

@@ -5,6 +5,7 @@
 
 #include "cli/result.h"
 #include "core/glare.h"
+#include "core/picture.h"
 
 namespace naturel {
 

@@ -9,6 +9,7 @@
 
 #include "core/direct_integrators.h"
 #include "core/directional_light.h"
+#include "core/outdoor_sources.h"
 #include "core/parallel.h"
 #include "core/sun.h"
 

@@ -33,9 +33,6 @@ struct OutdoorLight {
     Illuminance horizontal_illuminance() const { return sky.horizontal_illuminance(); }  ///< the sun excluded
 };
 
-/// Sky, sun and open ground: what is there before buildings are lit.
-OutdoorLight outdoor_sources(const Scene& scene);
-
 /// Lights ground and outdoor facets (docs/method.md, "Outdoors"): the ground by sky and sun, unobstructed or with the shadows
 /// of the buildings; the outdoor faces by sky, sun and ground as far as other buildings do not hide them; then as often as
 /// the scene asks for, each by the light the others reflect.

@@ -233,12 +233,6 @@ struct PrimariesDescription {
     std::array<Chromaticity, 3> custom{};  ///< red, green, blue; only of `custom`
 };
 
-/// A file that a scene was read from.
-struct SourceFile {
-    std::string name{};  ///< as the scene names it; of the scene itself its file name, without a folder
-    std::string text{};
-};
-
 /// Everything a scene file says, checked and in SI units and radians. Built by read_scene().
 /// glazings[0] is always "unglazed" (transmittance 1).
 struct Scene {
@@ -259,7 +253,6 @@ struct Scene {
     std::vector<SensorSet> sensors{};
     std::vector<View> views{};
     std::string source_sha256{};  ///< of the file's bytes, hex; identifies the input in results
-    std::vector<SourceFile> sources{};   ///< the scene's own text, then the files it names
 };
 
 }  // namespace naturel

@@ -15,6 +15,7 @@
 #include "core/picture_reader.h"
 #include "core/polyhedra.h"
 #include "core/scene_keys.h"
+#include "core/scene_sources.h"
 #include "core/scene_values.h"
 #include "core/simple_polygon.h"
 #include "core/sky_reader.h"
@@ -354,12 +355,10 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     return scene;
 }
 
-Scene read_text_and_files(std::string_view text, const std::string& file_name, SideFiles files, const SceneDefaults& defaults) {
+Scene read_text_and_files(std::string_view text, const std::string& file_name, SideFiles& files, const SceneDefaults& defaults) {
     const JsonDocument document(std::string(text), file_name);
     Scene scene = read_document(document, files, defaults);
     scene.source_sha256 = files.sha256_with(text);
-    scene.sources = files.sources();
-    scene.sources.insert(scene.sources.begin(), {std::filesystem::path(file_name).filename().string(), std::string(text)});
     return scene;
 }
 
@@ -388,12 +387,23 @@ std::string read_scene_file_text(const std::filesystem::path& file) {
 }
 
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
-    return read_text_and_files(text, file_name, SideFiles(std::filesystem::path(file_name).parent_path()), defaults);
+    SideFiles files(std::filesystem::path(file_name).parent_path());
+    return read_text_and_files(text, file_name, files, defaults);
 }
 
 Scene read_scene_sources(std::span<const SourceFile> sources, const SceneDefaults& defaults) {
     NATUREL_EXPECT(!sources.empty());
-    return read_text_and_files(sources.front().text, sources.front().name, SideFiles({}, sources.subspan(1)), defaults);
+    SideFiles files({}, sources.subspan(1));
+    return read_text_and_files(sources.front().text, sources.front().name, files, defaults);
+}
+
+Scene read_scene_with_sources(const std::filesystem::path& file, const SceneDefaults& defaults, std::vector<SourceFile>& sources) {
+    SideFiles files(file.parent_path());
+    std::string text = read_scene_file_text(file);
+    Scene scene = read_text_and_files(text, file.string(), files, defaults);
+    sources = files.sources();
+    sources.insert(sources.begin(), {file.filename().string(), std::move(text)});
+    return scene;
 }
 
 Scene read_scene(const std::filesystem::path& file, const SceneDefaults& defaults) {

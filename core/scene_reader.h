@@ -1,6 +1,5 @@
 #pragma once
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -23,11 +22,5 @@ Scene read_scene(const std::filesystem::path& file, const SceneDefaults& default
 
 /// The same for text in memory; file_name appears in messages.
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults = {});
-
-/// The text of a scene file or of a part of one. Throws InputError where it cannot be read.
-std::string read_scene_file_text(const std::filesystem::path& file);
-
-/// A scene that was read before, from its Scene::sources.
-Scene read_scene_sources(std::span<const SourceFile> sources, const SceneDefaults& defaults = {});
 
 }  // namespace naturel

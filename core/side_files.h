@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/json_document.h"
-#include "core/scene.h"
+#include "core/scene_sources.h"
 
 namespace naturel {
 
