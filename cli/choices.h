@@ -77,6 +77,22 @@ inline constexpr std::array false_colour_quantities{
     Choice{FalseColourQuantity::none, "none"},
     Choice{FalseColourQuantity::luminance, "luminance"},
     Choice{FalseColourQuantity::illuminance, "illuminance"},
+    Choice{FalseColourQuantity::daylight_factor, "daylight_factor"},
+};
+inline constexpr std::array view_kinds{
+    Choice{ViewKind::perspective, "perspective"},
+    Choice{ViewKind::parallel, "parallel"},
+    Choice{ViewKind::fisheye, "fisheye"},
+    Choice{ViewKind::panorama, "panorama"},
+};
+inline constexpr std::array fisheye_projections{
+    Choice{FisheyeProjection::equidistant, "equidistant"},
+    Choice{FisheyeProjection::equal_area, "equal_area"},
+};
+inline constexpr std::array image_formats{
+    Choice{ImageFormat::exr, "exr"},
+    Choice{ImageFormat::png, "png"},
+    Choice{ImageFormat::hdr, "hdr"},
 };
 inline constexpr std::array colour_scale_kinds{
     Choice{ColourScaleKind::linear, "linear"},

@@ -191,6 +191,34 @@ void draw_header(SvgSheet& sheet, const DrawingContext& context, const DrawnFloo
     sheet.text("subtitle", {margin_mm, margin_mm + 13.4}, sun_words(context.report));
 }
 
+void draw_compass(SvgSheet& sheet, const Scene& scene, bool with_sun, const dvec2& centre_mm) {
+    constexpr double radius_mm = 7.0;
+    const double north = -scene.north_rad;  // from the model's +y axis, clockwise
+    const auto towards = [&](double azimuth_rad, double distance_mm) {
+        return centre_mm + distance_mm * dvec2{std::sin(azimuth_rad), -std::cos(azimuth_rad)};
+    };
+    sheet.open_group("compass", "north and sun");
+    const std::string circle = fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0Z",
+                                           millimetres(centre_mm.x - radius_mm), millimetres(centre_mm.y),
+                                           millimetres(radius_mm), millimetres(2.0 * radius_mm));
+    sheet.path("rule", circle);
+    const dvec2 tip = towards(north, radius_mm), left = towards(north + 2.6, 0.55 * radius_mm),
+                right = towards(north - 2.6, 0.55 * radius_mm);
+    const auto triangle = [&](const dvec2& a, const dvec2& b) {
+        return fmt::format("M{} {}L{} {}L{} {}Z", millimetres(tip.x), millimetres(tip.y), millimetres(a.x),
+                           millimetres(a.y), millimetres(b.x), millimetres(b.y));
+    };
+    sheet.path("black", triangle(left, centre_mm));
+    sheet.path("white", triangle(right, centre_mm));
+    sheet.text("middle", towards(north, radius_mm + 2.2) + dvec2{0.0, 0.9}, "N");
+    if (with_sun) {
+        const double azimuth = scene.sun->azimuth_rad;
+        sheet.line("leader", towards(azimuth, radius_mm), centre_mm);
+        sheet.dot("disc", towards(azimuth, radius_mm), 1.5);
+    }
+    sheet.close_group();
+}
+
 void draw_scale_bar(SvgSheet& sheet, const dvec2& at_mm, double mm_per_m) {
     double length_m = 1e-6;
     for (double decade = 1e-6; decade < 1e9; decade *= 10.0)

@@ -95,6 +95,9 @@ void draw_sun_labels(SvgSheet& sheet, const std::vector<SunLabel>& labels, Label
 void draw_header(SvgSheet& sheet, const DrawingContext& context, const DrawnFloor& floor,
                  const std::string& what, double scale);
 
+/// A compass: the arrow points north, the disc stands where the sun does.
+void draw_compass(SvgSheet& sheet, const Scene& scene, bool with_sun, const glm::dvec2& centre_mm);
+
 /// Bars of a round length, black and white in turn.
 void draw_scale_bar(SvgSheet& sheet, const glm::dvec2& at_mm, double mm_per_m);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/errors.h"
+#include "core/isolines.h"
 
 namespace naturel {
 namespace {
@@ -12,27 +13,40 @@ constexpr Rgb8 paper{245, 245, 245}, ink{30, 30, 30}, no_value{200, 200, 200};
 constexpr int line_height = 2 * glyph_height + 4;
 constexpr int bar_width = 24, gap = 12;
 
-/// Pixels where the field passes a contour value on the way to the next pixel right or below.
+/// Dark signs on bright colours and the other way round.
+Rgb8 sign_colour(const ColourScale& scale, double value) { return scale.place(value) > 0.5 ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255}; }
+
+/// Lines through the centres of pixels, and the value on the longest of each level.
 void draw_contours(std::span<const double> field, int width, int height, const std::vector<double>& values,
                    const ColourScale& scale, int top, Raster& raster) {
-    const auto at = [&](int column, int row) {
-        return field[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                     static_cast<std::size_t>(column)];
+    struct Place {
+        glm::dvec2 middle;
+        std::string text;
+        Rgb8 colour;
     };
+    std::vector<Place> labels;
     for (const double value : values) {
-        // Dark lines on bright colours and the other way round.
-        const Rgb8 colour = scale.place(value) > 0.5 ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255};
-        const auto crosses = [&](double a, double b) {
-            return std::isfinite(a) && std::isfinite(b) && (a < value) != (b < value);
-        };
-        for (int row = 0; row < height; ++row) {
-            for (int column = 0; column < width; ++column) {
-                const double here = at(column, row);
-                const bool right = column + 1 < width && crosses(here, at(column + 1, row));
-                const bool below = row + 1 < height && crosses(here, at(column, row + 1));
-                if (right || below) raster.at(column, row + top) = colour;
+        const Rgb8 colour = sign_colour(scale, value);
+        std::vector<glm::dvec2> longest;
+        for (Isoline& line : isolines(field, width, height, value)) {
+            if (line.closed) line.points.push_back(line.points.front());
+            for (std::size_t k = 1; k < line.points.size(); ++k) {
+                const glm::dvec2 a = line.points[k - 1] + 0.5, b = line.points[k] + 0.5;
+                raster.line(a.x, a.y + top, b.x, b.y + top, colour);
             }
+            if (line.points.size() > longest.size()) longest = std::move(line.points);
         }
+        // A line crosses about one edge of a pixel per pixel of its length.
+        const std::string text = round_text(value);
+        if (longest.size() > 2 * static_cast<std::size_t>(text_width(text))) labels.push_back({longest[longest.size() / 2] + 0.5, text, colour});
+    }
+    // Over all lines, on a patch of the colour of the line.
+    for (const Place& label : labels) {
+        const int columns = text_width(label.text) + 4, rows = line_height - 4;
+        const int left = std::clamp(static_cast<int>(label.middle.x) - columns / 2, 0, std::max(0, width - columns));
+        const int first = top + std::clamp(static_cast<int>(label.middle.y) - rows / 2, 0, std::max(0, height - rows));
+        raster.fill(left, first, std::min(columns, width - left), std::min(rows, top + height - first), label.colour);
+        raster.text(left + 3, first + 3, label.text, label.colour[0] == 0 ? Rgb8{255, 255, 255} : Rgb8{0, 0, 0});
     }
 }
 
@@ -53,7 +67,7 @@ void draw_legend(const ColourScale& scale, const FalseColourOptions& options, co
         return bar_top + static_cast<int>(std::lround((1.0 - scale.place(value)) * (bar_rows - 1)));
     };
     for (const double contour : options.contours)
-        raster.fill(left, row_of(contour), bar_width, 1, scale.place(contour) > 0.5 ? Rgb8{0, 0, 0} : Rgb8{255, 255, 255});
+        raster.fill(left, row_of(contour), bar_width, 1, sign_colour(scale, contour));
     for (const Label& label : labels) {
         raster.fill(left + bar_width, row_of(label.value), 5, 1, ink);
         raster.text(left + bar_width + 9, row_of(label.value) - glyph_height + 3, label.text, ink);

@@ -2,6 +2,8 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <stdexcept>
@@ -33,7 +35,11 @@ std::string encode(ImageFile image, const ImageMetadata& metadata) {
     return bytes;
 }
 
-const std::vector<std::string> rgb{"R", "G", "B"};
+const std::vector<std::string> rgb{"R", "G", "B"}, rgba{"R", "G", "B", "A"};
+
+bool shows_everywhere(std::span<const float> coverage) {
+    return std::ranges::all_of(coverage, [](float share) { return share >= 1.0f; });
+}
 
 }  // namespace
 
@@ -49,14 +55,19 @@ std::string encode_exr(const Picture& picture, const Primaries& primaries, const
         chromaticities.push_back(static_cast<float>(xyY.y));
     }
     std::vector<float> pixels;
-    pixels.reserve(picture.luminance_cd_m2.size() * 4);
-    for (const Band3& band : picture.luminance_cd_m2)
-        for (const double value : {band.r, band.g, band.b, primaries.luminous(band)})
-            pixels.push_back(static_cast<float>(value));
+    const bool has_alpha = !shows_everywhere(picture.coverage);
+    pixels.reserve(picture.luminance_cd_m2.size() * 5);
+    for (std::size_t k = 0; k < picture.luminance_cd_m2.size(); ++k) {
+        // As EXR wants it, colours are what a pixel shows times the share of it that shows anything.
+        const double share = has_alpha ? static_cast<double>(picture.coverage[k]) : 1.0;
+        const Band3 band = share * picture.luminance_cd_m2[k];
+        for (const double value : {band.r, band.g, band.b, primaries.luminous(band)}) pixels.push_back(static_cast<float>(value));
+        if (has_alpha) pixels.push_back(static_cast<float>(share));
+    }
     return encode({.file_name = "picture.exr",
                    .width = picture.width,
                    .height = picture.height,
-                   .channels = {"R", "G", "B", "Y"},
+                   .channels = has_alpha ? std::vector<std::string>{"R", "G", "B", "Y", "A"} : std::vector<std::string>{"R", "G", "B", "Y"},
                    .is_float = true,
                    .pixels = pixels.data(),
                    .texts = {{"compression", "zip"}},
@@ -65,16 +76,18 @@ std::string encode_exr(const Picture& picture, const Primaries& primaries, const
                   metadata);
 }
 
-std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metadata) {
+std::string encode_png(const ScreenPicture& picture, std::span<const float> coverage, const ImageMetadata& metadata) {
+    const bool has_alpha = !shows_everywhere(coverage);
     std::vector<std::uint8_t> pixels;
-    pixels.reserve(picture.linear_srgb.size() * 3);
-    for (const glm::dvec3& colour : picture.linear_srgb)
-        for (const std::uint8_t byte : srgb8(colour))
-            pixels.push_back(byte);
+    pixels.reserve(picture.linear_srgb.size() * 4);
+    for (std::size_t k = 0; k < picture.linear_srgb.size(); ++k) {
+        for (const std::uint8_t byte : srgb8(picture.linear_srgb[k])) pixels.push_back(byte);
+        if (has_alpha) pixels.push_back(static_cast<std::uint8_t>(std::lround(255.0 * static_cast<double>(coverage[k]))));
+    }
     return encode({.file_name = "picture.png",
                    .width = picture.width,
                    .height = picture.height,
-                   .channels = rgb,
+                   .channels = has_alpha ? rgba : rgb,
                    .pixels = pixels.data(),
                    .texts = {{"oiio:ColorSpace", "sRGB"}}},
                   metadata);

@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,11 +20,13 @@ void require_image_writer();
 
 /// Bytes of an OpenEXR file, 32-bit float, cd/m2: channels R, G, B are the bands, Y is the luminance. The
 /// file states the chromaticities of the bands, so that other programs show the right colours. Float, not
-/// half: a clear sky close to the sun exceeds the 65504 of half.
+/// half: a clear sky close to the sun exceeds the 65504 of half. Where a pixel does not show something all over, as outside the circle
+/// of a fisheye, there is a channel A, and the others are multiplied by it.
 std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata);
 
 /// Bytes of a PNG file, 8-bit sRGB.
-std::string encode_png(const ScreenPicture& picture, const ImageMetadata& metadata);
+/// coverage: as Picture::coverage, transparent where nothing is shown.
+std::string encode_png(const ScreenPicture& picture, std::span<const float> coverage, const ImageMetadata& metadata);
 
 /// Bytes of a PNG file of what has been drawn.
 std::string encode_png(const Raster& raster, const ImageMetadata& metadata);

@@ -64,7 +64,7 @@ std::string record_with_pictures(const PendingJob& job, const std::filesystem::p
     const Primaries primaries(prepared.scene.primaries);
     const Result result{options, prepared.scene, prepared.building, prepared.grid, *visibility, solution, primaries, {}};
     make_writable_folder(pictures);
-    prepare_view_folders(prepared.scene, options.false_colour, pictures);
+    prepare_view_folders(prepared.scene, options.picture_files, pictures);
     write_views(result, pictures, progress);
     return done_record(job.key, result, keep_sensors);
 }

@@ -161,10 +161,12 @@ std::vector<std::string> assumptions(const Scene& scene) {
 }  // namespace
 
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
-                         const std::vector<WrittenView>& views) {
+                         const std::vector<SensorMap>& maps, const std::vector<WrittenView>& views) {
     const PatchGrid& grid = result.grid;
     Json pictures = Json::array();
-    Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
+    Json files{"nodes.csv", "patches.csv", "sensors.csv", "solution.bin", "timings.json"};
+    if (!glare_of(views).empty()) files.push_back(glare_file_name);
+    for (const SensorMap& map : maps) files.push_back(map.file);
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},
                             {"file", view.files.front()},

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/sensor_maps.h"
 #include "cli/view_writer.h"
 #include "core/stage_clock.h"
 
@@ -16,7 +17,7 @@ namespace naturel {
 /// What was computed, how, and how good it is: enough to run it again. No timings, and nothing that depends
 /// on the number of threads.
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
-                         const std::vector<WrittenView>& views);
+                         const std::vector<SensorMap>& maps, const std::vector<WrittenView>& views);
 
 /// The part of a summary that differs from job to job of a study: the light outdoors, sets of sensors, radiosity and flux.
 nlohmann::ordered_json figures_json(const Result& result, const std::vector<SensorSetStatistics>& sets);

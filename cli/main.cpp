@@ -12,6 +12,7 @@
 #include "cli/guarded.h"
 #include "cli/merge.h"
 #include "cli/options.h"
+#include "cli/render.h"
 #include "cli/run.h"
 #include "cli/sky.h"
 #include "cli/terminal_progress.h"
@@ -46,6 +47,13 @@ ExitCode execute(const TimingOptions& options) {
     // Without a limit on threads: every run has its own, in its own process.
     TerminalProgress progress(!options.run.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
     return time_runs(options, progress);
+}
+
+ExitCode execute(const RenderOptions& options) {
+    const ThreadLimit limit(options.threads);
+    TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    render(options, progress);
+    return ExitCode::done;
 }
 
 ExitCode execute(const CheckOptions& options) {

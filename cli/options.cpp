@@ -182,6 +182,54 @@ CLI::Option* add_exposure(CLI::App& app, std::optional<Exposure>& exposure) {
         ->type_name("auto|white=CD_M2|ev100=EV|percentile=PERCENT");
 }
 
+void add_picture_overrides(CLI::App& app, PictureOverrides& picture) {
+    add_exposure(app, picture.exposure)->group(scene_group);
+    add_choice(app, "--tone-mapping", picture.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
+        ->group(scene_group);
+    add_choice(app, "--white-point", picture.white_point, white_points, "the light that looks white in PNG files")
+        ->group(scene_group);
+}
+
+void add_picture_files(CLI::App& app, PictureFiles& files) {
+    std::vector<std::string_view> formats;
+    for (const auto& format : image_formats) formats.push_back(format.name);
+    app.add_option_function<std::vector<std::string>>(
+           "--format",
+           [&files, formats](const std::vector<std::string>& words) {
+               files.formats.clear();
+               for (const std::string& word : words) {
+                   const auto found = std::ranges::find(image_formats, word, &Choice<ImageFormat>::name);
+                   if (found == image_formats.end())
+                       throw CLI::ValidationError(
+                           "--format", fmt::format("unknown word \"{}\" (known: {})", word, fmt::join(formats, ", ")));
+                   if (std::ranges::find(files.formats, found->value) == files.formats.end()) files.formats.push_back(found->value);
+               }
+           },
+           "image files of each view, parted by commas: exr is cd/m2, png for screens, hdr for Radiance and its tools")
+        ->type_name(fmt::format("{},...", fmt::join(formats, "|")))
+        ->delimiter(',')
+        ->default_str("exr,png");
+
+    constexpr auto false_colour_group = "False colour (views/false_colour)";
+    add_choice(app, "--false-colour", files.false_colour.quantity, false_colour_quantities,
+               "draw what the views show in false colour, too")
+        ->default_str(std::string(name_of(false_colour_quantities, files.false_colour.quantity)))
+        ->group(false_colour_group);
+    add_choice(app, "--false-colour-scale", files.false_colour.scale, colour_scale_kinds, "of the colours")
+        ->default_str(std::string(name_of(colour_scale_kinds, files.false_colour.scale)))
+        ->group(false_colour_group);
+    app.add_option("--false-colour-max", files.false_colour.maximum,
+                   "upper end of the scale, cd/m2, lx or %; unless given a round value that leaves windows and sun spots above it")
+        ->type_name("X")
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+    app.add_option("--contours", files.false_colour.contours, "values at which lines are drawn, parted by commas")
+        ->type_name("X,X,...")
+        ->delimiter(',')
+        ->check(within(1e-6, 1e10))
+        ->group(false_colour_group);
+}
+
 void add_zones_options(CLI::App& app, ZonesOptions& options) {
     add_scene(app, options.scene);
     app.add_option("--out", options.out, "folder for zones.json and the drawings")->type_name("DIR");
@@ -383,30 +431,8 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->check(within(1e-6, 0.5))
         ->group(scene_group);
 
-    add_exposure(app, options.exposure)->group(scene_group);
-    add_choice(app, "--tone-mapping", options.tone_mapping, tone_mappings, "how luminance becomes brightness in PNG files")
-        ->group(scene_group);
-    add_choice(app, "--white-point", options.white_point, white_points, "the light that looks white in PNG files")
-        ->group(scene_group);
-
-    constexpr auto false_colour_group = "False colour (views/false_colour)";
-    add_choice(app, "--false-colour", options.false_colour.quantity, false_colour_quantities,
-               "draw what the views show in false colour, too")
-        ->default_str(std::string(name_of(false_colour_quantities, options.false_colour.quantity)))
-        ->group(false_colour_group);
-    add_choice(app, "--false-colour-scale", options.false_colour.scale, colour_scale_kinds, "of the colours")
-        ->default_str(std::string(name_of(colour_scale_kinds, options.false_colour.scale)))
-        ->group(false_colour_group);
-    app.add_option("--false-colour-max", options.false_colour.maximum,
-                   "upper end of the scale, cd/m2 or lx; unless given a round value that leaves windows and sun spots above it")
-        ->type_name("X")
-        ->check(within(1e-6, 1e10))
-        ->group(false_colour_group);
-    app.add_option("--contours", options.false_colour.contours, "values at which lines are drawn, parted by commas")
-        ->type_name("X,X,...")
-        ->delimiter(',')
-        ->check(within(1e-6, 1e10))
-        ->group(false_colour_group);
+    add_picture_overrides(app, options.picture);
+    add_picture_files(app, options.picture_files);
 
     constexpr auto light_group = "Interreflection";
     accuracy
@@ -455,6 +481,31 @@ void add_timing_options(CLI::App& app, TimingOptions& options, std::uint64_t& se
         ->check(within(1, 1024));
     app.add_option("--repeat", options.repeats, "runs with each number of threads")->type_name("N")->check(within(1, 1000));
     app.add_flag("--weak", options.weak, "also with a grid of as many patches per thread as the first number of threads has");
+}
+
+void add_render_options(CLI::App& app, RenderOptions& options) {
+    app.add_option("RESULT", options.result, "result of a run: the folder of a backend, e.g. out/embree")
+        ->required()
+        ->type_name("DIR");
+    app.add_option("--view", options.views,
+                   "a view of the scene by its id, a view in the words of a scene file ('{...}'), or a file of such; "
+                   "may be repeated (default: all views of the scene)")
+        ->type_name("ID|JSON|FILE")
+        ->allow_extra_args(false);
+    add_backend(app, options.backend, single_backends());
+    app.get_option("--backend")->default_str("that of the run");
+    app.add_option("--out", options.out, "folder for the pictures, in views/ there")->type_name("DIR");
+    add_threads(app, options.threads);
+    app.add_flag("--quiet", options.quiet, "no progress on the terminal");
+    constexpr auto view_group = "Instead of what the views say";
+    app.add_option("--width", options.width, "of the pictures; their height follows unless given")
+        ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
+    app.add_option("--height", options.height, "of the pictures; their width follows unless given")
+        ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
+    app.add_option("--samples", options.samples, "rays along each side of a pixel")
+        ->type_name("N")->check(within(1, 16))->group(view_group);
+    add_picture_overrides(app, options.picture);
+    add_picture_files(app, options.picture_files);
 }
 
 void add_check_options(CLI::App& app, CheckOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
@@ -625,6 +676,12 @@ std::vector<std::pair<std::string, std::string>> CompareOptions::words() const {
             {"form_factor_repair", std::string(name_of(form_factor_repairs, repair))}};
 }
 
+void PictureOverrides::apply_to(PictureOptions& picture) const {
+    if (exposure) picture.exposure = *exposure;
+    if (tone_mapping) picture.tone_mapping = *tone_mapping;
+    if (white_point) picture.white_point = *white_point;
+}
+
 RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
     RunOptions run;
     std::uint64_t seed = run.backends.embree.seed;
@@ -652,14 +709,16 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
     return run;
 }
 
-std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
-             MergeOptions>
+std::variant<ExitCode, RunOptions, RenderOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions,
+             BatchOptions, MergeOptions>
 parse_command_line(int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
     FormFactorsOptions form_factors;
     CompareOptions compare;
     run.threads = zones.threads = form_factors.threads = compare.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    RenderOptions render;
+    render.threads = run.threads;
     std::uint64_t seed = run.backends.embree.seed;
     CheckOptions check;
 
@@ -681,6 +740,8 @@ parse_command_line(int argc, const char* const* argv) {
     TimingOptions timing;
     AccuracyOptions timing_accuracy;
     add_timing_options(*timing_command, timing, seed, timing_accuracy);
+    CLI::App* render_command = app.add_subcommand("render", "draw views of a finished run without computing it again");
+    add_render_options(*render_command, render);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
     AccuracyOptions check_accuracy;
@@ -719,8 +780,8 @@ parse_command_line(int argc, const char* const* argv) {
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, formfactors, compare, timing, zones, sky, batch, merge)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, timing, zones, sky, batch, merge)",
+                    ? "missing command (known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge)"
+                    : fmt::format("unknown command \"{}\" (known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge)",
                                   app.remaining().front()));
         finish(*run_command, accuracy, run, seed);
         finish(*timing_command, timing_accuracy, timing.run, seed);
@@ -729,6 +790,7 @@ parse_command_line(int argc, const char* const* argv) {
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
+    if (render_command->parsed()) return render;
     if (check_command->parsed()) return check;
     if (timing_command->parsed()) {
         std::ranges::sort(timing.threads);

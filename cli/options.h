@@ -19,13 +19,31 @@
 namespace naturel {
 
 /// What the false-colour pictures of the views show.
-enum class FalseColourQuantity { none, luminance, illuminance };
+enum class FalseColourQuantity { none, luminance, illuminance, daylight_factor };
 
 struct FalseColour {
     FalseColourQuantity quantity = FalseColourQuantity::none;
     ColourScaleKind scale = ColourScaleKind::linear;
     std::optional<double> maximum;  ///< default: round, and at least what an automatic exposure would show as white
     std::vector<double> contours;
+};
+
+/// Kinds of image files that are written of each view.
+enum class ImageFormat { exr, png, hdr };
+
+/// Replaces what the scene says of how its views are shown, where given.
+struct PictureOverrides {
+    std::optional<Exposure> exposure;
+    std::optional<ToneMapping> tone_mapping;
+    std::optional<WhitePoint> white_point;
+
+    void apply_to(PictureOptions& picture) const;
+};
+
+/// What is written of each view.
+struct PictureFiles {
+    std::vector<ImageFormat> formats{ImageFormat::exr, ImageFormat::png};
+    FalseColour false_colour;
 };
 
 /// `naturel run SCENE`
@@ -48,11 +66,9 @@ struct RunOptions {
     std::optional<double> grid_spacing_m;
     std::optional<DirectMethod> direct_method;
     std::optional<double> direct_tolerance;
-    std::optional<Exposure> exposure;
-    std::optional<ToneMapping> tone_mapping;
-    std::optional<WhitePoint> white_point;
+    PictureOverrides picture;
 
-    FalseColour false_colour;
+    PictureFiles picture_files;
     FormFactorCache cache;
 };
 
@@ -63,6 +79,19 @@ struct TimingOptions {
     int repeats = 7;
     bool weak = false;  ///< also with patches in proportion to the threads
     std::string command;  ///< that asked for it
+};
+
+/// `naturel render RESULT`
+struct RenderOptions {
+    std::filesystem::path result;     ///< of a run: the folder of a backend, or its stored solution
+    std::vector<std::string> views;   ///< ids of the scene, views as JSON, or files of such; empty: all of the scene
+    std::string backend;  ///< that sees; empty: the one of the run
+    std::filesystem::path out = "render";
+    int threads = 1;  ///< as RunOptions::threads
+    bool quiet = false;
+    std::optional<int> width, height, samples;  ///< replace what the views say
+    PictureOverrides picture;
+    PictureFiles picture_files;
 };
 
 /// `naturel check SCENE`
@@ -160,8 +189,8 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words);
 
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions, BatchOptions,
-             MergeOptions>
+std::variant<ExitCode, RunOptions, RenderOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions,
+             BatchOptions, MergeOptions>
 parse_command_line(int argc, const char* const* argv);
 
 }  // namespace naturel

@@ -26,35 +26,6 @@ Region region_in(const PlaneFrame& target, const Region& region, const PlaneFram
     return result;
 }
 
-/// A compass: the arrow points north, the disc stands where the sun does.
-void draw_compass(SvgSheet& sheet, const DrawingContext& context, const dvec2& centre_mm) {
-    constexpr double radius_mm = 7.0;
-    const double north = -context.report.scene.north_rad;  // from the model's +y axis, clockwise
-    const auto towards = [&](double azimuth_rad, double distance_mm) {
-        return centre_mm + distance_mm * dvec2{std::sin(azimuth_rad), -std::cos(azimuth_rad)};
-    };
-    sheet.open_group("compass", "north and sun");
-    const std::string circle = fmt::format("M{0} {1}a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0 -{3} 0Z",
-                                           millimetres(centre_mm.x - radius_mm), millimetres(centre_mm.y),
-                                           millimetres(radius_mm), millimetres(2.0 * radius_mm));
-    sheet.path("rule", circle);
-    const dvec2 tip = towards(north, radius_mm), left = towards(north + 2.6, 0.55 * radius_mm),
-                right = towards(north - 2.6, 0.55 * radius_mm);
-    const auto triangle = [&](const dvec2& a, const dvec2& b) {
-        return fmt::format("M{} {}L{} {}L{} {}Z", millimetres(tip.x), millimetres(tip.y), millimetres(a.x),
-                           millimetres(a.y), millimetres(b.x), millimetres(b.y));
-    };
-    sheet.path("black", triangle(left, centre_mm));
-    sheet.path("white", triangle(right, centre_mm));
-    sheet.text("middle", towards(north, radius_mm + 2.2) + dvec2{0.0, 0.9}, "N");
-    if (context.report.sun) {
-        const double azimuth = context.report.scene.sun->azimuth_rad;
-        sheet.line("leader", towards(azimuth, radius_mm), centre_mm);
-        sheet.dot("disc", towards(azimuth, radius_mm), 1.5);
-    }
-    sheet.close_group();
-}
-
 /// Apertures: where they are cut, as a window's double line; what is higher or lower, dashed.
 void draw_apertures(SvgSheet& sheet, const DrawingContext& context, const Storey& storey, const PaperMap& map,
                     LabelPlacer& placer, const PaperBox& frame) {
@@ -187,7 +158,7 @@ std::string draw_plan(const DrawingContext& context, const DrawnFloor& floor) {
     draw_sun_labels(sheet, labels, placer);
 
     SheetLegend legend(sheet, {frame.high_mm.x + 4.0, corner_mm.y});
-    draw_compass(sheet, context, legend.at_mm() + dvec2{10.0, 4.0});
+    draw_compass(sheet, report.scene, report.sun.has_value(), legend.at_mm() + dvec2{10.0, 4.0});
     legend.skip(22.0);
     draw_scale_bar(sheet, legend.at_mm(), mm_per_m);
     legend.skip(9.0);

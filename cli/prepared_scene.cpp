@@ -17,15 +17,11 @@ void replace_by_options(Scene& scene, const RunOptions& options) {
     if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
-    for (View& view : scene.views) {
-        if (options.exposure) view.picture.exposure = *options.exposure;
-        if (options.tone_mapping) view.picture.tone_mapping = *options.tone_mapping;
-        if (options.white_point) view.picture.white_point = *options.white_point;
-    }
+    for (View& view : scene.views) options.picture.apply_to(view.picture);
 }
 
-Scene read_scene_file(const RunOptions& options) {
-    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
+Scene read_scene_file(const RunOptions& options, std::vector<SourceFile>& sources) {
+    Scene scene = read_scene_with_sources(options.scene, scene_defaults(options.quality), sources);
     replace_by_options(scene, options);
     return scene;
 }

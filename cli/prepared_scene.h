@@ -8,6 +8,7 @@
 #include "core/patch_grid.h"
 #include "core/progress.h"
 #include "core/scene.h"
+#include "core/scene_sources.h"
 #include "core/stage_clock.h"
 
 namespace naturel {
@@ -28,8 +29,8 @@ Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& qu
 /// What the options of a run have another say in than the scene.
 void replace_by_options(Scene& scene, const RunOptions& options);
 
-/// The scene of a run, with what its options replace.
-Scene read_scene_file(const RunOptions& options);
+/// The scene of a run, with what its options replace. sources: set to the files it was read from.
+Scene read_scene_file(const RunOptions& options, std::vector<SourceFile>& sources);
 
 /// Assembly, light zones and grid. Throws Interrupted.
 /// clock: told of each, where there is one.

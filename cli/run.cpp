@@ -12,6 +12,8 @@
 #include "cli/json_writer.h"
 #include "cli/prepared_scene.h"
 #include "cli/run_account.h"
+#include "cli/sensor_maps.h"
+#include "cli/stored_solution.h"
 #include "cli/view_writer.h"
 #include "cli/zone_writer.h"
 #include "core/trace.h"
@@ -87,13 +89,14 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         Trace::start();
     }
     StageClock shared_clock;
-    Scene read = read_scene_file(options);
+    std::vector<SourceFile> sources;
+    Scene read = read_scene_file(options, sources);
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     shared_clock.end_stage("read scene");
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
-        prepare_view_folders(read, options.false_colour, options.out / backend.name);
+        prepare_view_folders(read, options.picture_files, options.out / backend.name);
     }
     remove_results_of_earlier_run(options.out);
     for (const std::string& note : colour_notes(read))
@@ -136,17 +139,26 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         write_file(folder / "sensors.csv", sensors_csv(result));
         write_file(folder / "nodes.csv", nodes_csv(result));
         write_file(folder / "patches.csv", patches_csv(result));
+        write_file(folder / stored_solution_name, stored_solution(result, sources));
+        const std::vector<SensorMap> maps = draw_sensor_maps(result, sets);
+        for (const SensorMap& map : maps) {
+            make_writable_folder((folder / map.file).parent_path());
+            write_file(folder / map.file, map.svg);
+        }
         clock.end_stage("tables");
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
+        const std::vector<ViewGlare> glare = glare_of(views);
+        std::filesystem::remove(folder / glare_file_name, absent);
+        if (!glare.empty()) write_file(folder / glare_file_name, glare_json(glare));
         write_file(folder / "timings.json", timings_json(result, clock.stages()));
         // Zones do not depend on the backend. They come after everything that may fail in the first one.
         if (totals.empty() && scene.grid.zones)
             write_file(options.out / "zones.json",
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
-        write_file(folder / "summary.json", summary_json(result, sets, views));
+        write_file(folder / "summary.json", summary_json(result, sets, maps, views));
 
-        print(stdout, run_account(result, sets) + fmt::format("  written to {}\n", folder.string()));
+        print(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())

@@ -26,6 +26,11 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .name { font-size: 2.1px; fill: #444; text-anchor: middle }
 .lx { font-size: 2.4px; font-weight: bold; fill: #5c2a00; text-anchor: middle }
 .window-name { font-size: 2.1px; font-style: italic; fill: #0b4f86; text-anchor: middle }
+.value { font-size: 2.1px; text-anchor: middle }
+.value.little { font-size: 1.4px }
+.value.on-dark { fill: #fff }
+.isoline { stroke: #fff; stroke-width: 0.3; fill: none; stroke-linejoin: round }
+.isoline.on-bright { stroke: #222 }
 .middle { text-anchor: middle }
 .end { text-anchor: end }
 .seam { stroke: #fff; stroke-width: 0.9; stroke-linejoin: round; fill: #fff }

@@ -3,132 +3,169 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <set>
+#include <iterator>
+#include <limits>
 
 #include "cli/choices.h"
 #include "cli/false_colour.h"
+#include "cli/file_stems.h"
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
+#include "cli/radiance_picture.h"
+#include "core/sky_models.h"
 
 namespace naturel {
 namespace {
 
-/// A file name for each view: its id without what could leave the folder or upset a shell or another file
-/// system. Different ids get different names, also where upper and lower case are the same.
-std::vector<std::string> view_file_stems(const std::vector<View>& views) {
-    std::vector<std::string> stems;
-    std::set<std::string> taken;
-    for (const View& view : views) {
-        std::string stem = view.id;
-        for (char& c : stem) {
-            const auto byte = static_cast<unsigned char>(c);
-            const bool harmless = byte >= 0x80 || std::isalnum(byte) != 0 || c == '-' || c == '_' || c == '.';
-            if (!harmless) c = '_';
-        }
-        if (stem.empty() || stem.front() == '.' || stem.front() == '-') stem.insert(0, "_");
-        // 255 bytes is the usual limit of a name; endings and numbers are added. A UTF-8 character is not
-        // cut.
-        if (stem.size() > 200) {
-            std::size_t end = 200;
-            while ((static_cast<unsigned char>(stem[end]) & 0xc0) == 0x80)
-                --end;
-            stem.resize(end);
-        }
-        const auto in_lower_case = [](std::string text) {
-            std::ranges::transform(text, text.begin(), [](unsigned char c) {
-                return c < 0x80 ? static_cast<char>(std::tolower(c)) : c;
-            });
-            return text;
-        };
-        std::string unique = stem;
-        for (int n = 2; !taken.insert(in_lower_case(unique)).second; ++n)
-            unique = fmt::format("{}_{}", stem, n);
-        stems.push_back(unique);
-    }
-    return stems;
+std::string numbers(std::initializer_list<double> values) {
+    std::string text;
+    for (const double value : values) text += fmt::format("{}{:.9g}", text.empty() ? "" : " ", value);
+    return text;
 }
 
+/// What is true of every file of a view, whatever its exposure.
 ImageMetadata image_metadata(const Result& result, const View& view) {
-    const auto text = [](const glm::dvec3& v) { return fmt::format("{:.9g} {:.9g} {:.9g}", v.x, v.y, v.z); };
+    const auto text = [](const glm::dvec3& v) { return numbers({v.x, v.y, v.z}); };
+    const OutdoorLight& outdoors = result.solution.outdoors;
     ImageMetadata metadata{
         {"naturel:scene", result.scene.name},
         {"naturel:scene_sha256", result.scene.source_sha256},
         {"naturel:backend", std::string(result.visibility.name())},
+        {"naturel:sky", std::string(sky_model(result.scene.sky).name)},
+        {"naturel:outdoor_illuminance_lx", numbers({outdoors.horizontal_illuminance().value})},
+        {"naturel:sun", outdoors.direct_normal_illuminance_lx > 0.0
+                            ? fmt::format("{} lx from {}", numbers({outdoors.direct_normal_illuminance_lx}), text(outdoors.sun_direction))
+                            : "none"},
         {"naturel:view", view.id},
+        {"naturel:kind", std::string(name_of(view_kinds, view.kind))},
         {"naturel:from_m", text(view.from_m)},
         {"naturel:to_m", text(view.to_m)},
         {"naturel:up", text(view.up)}};
-    if (view.kind == ViewKind::parallel)
-        metadata.emplace_back("naturel:width_m", fmt::format("{:.9g}", view.width_m));
-    else
-        metadata.emplace_back("naturel:horizontal_fov_deg", fmt::format("{:.9g}", degrees_from_radians(view.field_of_view_rad)));
+    switch (view.kind) {
+        case ViewKind::parallel: metadata.emplace_back("naturel:width_m", numbers({view.width_m})); break;
+        case ViewKind::panorama: metadata.emplace_back("naturel:projection", "equirectangular"); break;
+        case ViewKind::fisheye:
+            metadata.emplace_back("naturel:projection", name_of(fisheye_projections, view.projection));
+            [[fallthrough]];
+        case ViewKind::perspective:
+            metadata.emplace_back("naturel:horizontal_fov_deg", numbers({degrees_from_radians(view.field_of_view_rad)}));
+    }
+    for (std::size_t k = 0; k < view.cut_planes.size(); ++k)
+        metadata.emplace_back(fmt::format("naturel:cut_plane_{}", k + 1),
+                              fmt::format("through {} normal {}", text(view.cut_planes[k].point_m), text(view.cut_planes[k].normal)));
+    metadata.emplace_back("naturel:samples", std::to_string(view.samples));
     return metadata;
+}
+
+/// What a picture in false colour shows, in words.
+struct Quantity {
+    std::string_view words, unit, plain_unit;
+};
+Quantity quantity_of(FalseColourQuantity quantity) {
+    switch (quantity) {
+        case FalseColourQuantity::illuminance: return {"illuminance of surfaces", "lx", "lx"};
+        case FalseColourQuantity::daylight_factor: return {"daylight factor of surfaces", "%", "%"};
+        default: return {"luminance", "cd/m\u00b2", "cd/m2"};
+    }
+}
+
+/// Values of a picture, NaN where there are none.
+std::vector<double> field_of(const Result& result, const Picture& picture, FalseColourQuantity quantity) {
+    const bool luminance = quantity == FalseColourQuantity::luminance;
+    const std::vector<Band3>& bands = luminance                                          ? picture.luminance_cd_m2
+                                      : quantity == FalseColourQuantity::illuminance ? picture.illuminance_lx
+                                                                                     : picture.sky_illuminance_lx;
+    double scale = 1.0;
+    if (quantity == FalseColourQuantity::daylight_factor) {
+        const double outdoors_lx = result.solution.outdoors.horizontal_illuminance().value;
+        // Under a sky without light there is no daylight factor.
+        scale = outdoors_lx > 0.0 ? 100.0 / outdoors_lx : std::numeric_limits<double>::quiet_NaN();
+    }
+    std::vector<double> field;
+    field.reserve(bands.size());
+    for (const Band3& band : bands) field.push_back(scale * result.primaries.luminous(band));
+    return field;
 }
 
 /// The view in false colour with a legend; PNG.
 std::string false_colour_png(const Result& result, const View& view, const Picture& picture, ImageMetadata metadata) {
-    const FalseColour& wanted = result.options.false_colour;
-    const bool luminance = wanted.quantity == FalseColourQuantity::luminance;
-    std::vector<double> field, known;
-    for (const Band3& band : luminance ? picture.luminance_cd_m2 : picture.illuminance_lx) {
-        field.push_back(result.primaries.luminous(band));
-        if (std::isfinite(field.back())) known.push_back(field.back());
-    }
+    const FalseColour& wanted = result.options.picture_files.false_colour;
+    const std::vector<double> field = field_of(result, picture, wanted.quantity);
     std::optional<double> maximum = wanted.maximum;
     if (!maximum) {
         // As for the automatic exposure: the window or a spot of sun would leave one colour to the rest of the room.
+        std::vector<double> known;
+        std::ranges::copy_if(field, std::back_inserter(known), [](double value) { return std::isfinite(value); });
         const double bright = white_luminance_cd_m2(std::move(known), {});
         maximum = round_maximum({&bright, 1});
     }
-    const std::string unit = luminance ? "cd/m²" : "lx";
-    metadata.emplace_back("naturel:unit", luminance ? "cd/m2" : "lx");
+    const Quantity quantity = quantity_of(wanted.quantity);
+    metadata.emplace_back("naturel:unit", quantity.plain_unit);
     return encode_png(draw_false_colour(field, view.width, view.height,
-                                        {.title = fmt::format("{}: {} in {}", view.id,
-                                                              luminance ? "luminance" : "illuminance of surfaces", unit),
-                                         .unit = unit,
+                                        {.title = fmt::format("{}: {} in {}", view.id, quantity.words, quantity.unit),
+                                         .unit = std::string(quantity.unit),
                                          .scale = wanted.scale,
                                          .maximum = maximum,
                                          .contours = wanted.contours}),
                       metadata);
 }
 
+std::string encode(ImageFormat format, const Result& result, const View& view, const Picture& picture, const ScreenPicture& screen,
+                   ImageMetadata metadata) {
+    switch (format) {
+        case ImageFormat::exr:
+            metadata.emplace_back("naturel:unit", "cd/m2");
+            return encode_exr(picture, result.primaries, metadata);
+        case ImageFormat::hdr: return encode_radiance(picture, result.primaries, view, metadata);
+        case ImageFormat::png: break;
+    }
+    metadata.emplace_back("naturel:white_cd_m2", numbers({screen.white_luminance_cd_m2}));
+    metadata.emplace_back("naturel:tone_mapping", name_of(tone_mappings, view.picture.tone_mapping));
+    return encode_png(screen, picture.coverage, metadata);
+}
+
 }  // namespace
 
-void prepare_view_folders(const Scene& scene, const FalseColour& false_colour, const std::filesystem::path& folder) {
+void prepare_view_folders(const Scene& scene, const PictureFiles& files, const std::filesystem::path& folder) {
     if (scene.views.empty()) return;
     require_image_writer();
     make_writable_folder(folder / "views");
-    if (false_colour.quantity != FalseColourQuantity::none) make_writable_folder(folder / "views" / "false_colour");
+    if (files.false_colour.quantity != FalseColourQuantity::none) make_writable_folder(folder / "views" / "false_colour");
 }
 
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder,
                                      Progress& progress) {
     std::vector<WrittenView> written;
-    const std::vector<std::string> stems = view_file_stems(result.scene.views);
+    std::vector<std::string> ids;
+    for (const View& view : result.scene.views) ids.push_back(view.id);
+    const std::vector<std::string> stems = file_stems(ids);
     for (std::size_t k = 0; k < stems.size(); ++k) {
         const View& view = result.scene.views[k];
         const Picture picture = draw_view(result.scene, result.building, result.grid, result.visibility,
                                           result.solution, view, progress);
         const ScreenPicture screen = map_to_screen(picture, result.primaries, view.picture,
                                                    result.solution.outdoors.sky_colour);
-        ImageMetadata metadata = image_metadata(result, view);
-        std::vector<std::string> files{"views/" + stems[k] + ".exr", "views/" + stems[k] + ".png"};
-        if (result.options.false_colour.quantity != FalseColourQuantity::none) {
-            files.push_back("views/false_colour/" + stems[k] + ".png");
+        const ImageMetadata metadata = image_metadata(result, view);
+        std::vector<std::string> files;
+        for (const ImageFormat format : result.options.picture_files.formats) {
+            files.push_back(fmt::format("views/{}.{}", stems[k], name_of(image_formats, format)));
+            write_file(folder / files.back(), encode(format, result, view, picture, screen, metadata));
+        }
+        if (result.options.picture_files.false_colour.quantity != FalseColourQuantity::none) {
+            files.push_back(fmt::format("views/false_colour/{}.png", stems[k]));
             write_file(folder / files.back(), false_colour_png(result, view, picture, metadata));
         }
-        metadata.emplace_back("naturel:unit", "cd/m2");
-        write_file(folder / "views" / (stems[k] + ".exr"), encode_exr(picture, result.primaries, metadata));
-        metadata.back() = {"naturel:white_cd_m2", fmt::format("{:.9g}", screen.white_luminance_cd_m2)};
-        metadata.emplace_back("naturel:tone_mapping",
-                              std::string(name_of(tone_mappings, view.picture.tone_mapping)));
-        write_file(folder / "views" / (stems[k] + ".png"),
-                   encode_png(screen, metadata));
-        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture});
+        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture, judge_glare(result, view, picture, progress)});
     }
     return written;
+}
+
+std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views) {
+    std::vector<ViewGlare> glare;
+    for (const WrittenView& view : views)
+        if (view.glare) glare.push_back(*view.glare);
+    return glare;
 }
 
 }  // namespace naturel

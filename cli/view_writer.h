@@ -4,22 +4,27 @@
 #include <vector>
 
 #include "cli/result.h"
+#include "cli/view_glare.h"
 
 namespace naturel {
 
 /// A picture that was written, for the summary.
 struct WrittenView {
     std::string id;
-    std::vector<std::string> files;      ///< EXR, PNG and, if asked for, PNG in false colour
+    std::vector<std::string> files;      ///< in the order of PictureFiles::formats, then, if asked for, PNG in false colour
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
     PictureOptions options{};
+    std::optional<ViewGlare> glare{};
 };
 
 /// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws before a long calculation what
 /// would stop the pictures after it.
-void prepare_view_folders(const Scene& scene, const FalseColour& false_colour, const std::filesystem::path& folder);
+void prepare_view_folders(const Scene& scene, const PictureFiles& files, const std::filesystem::path& folder);
 
 /// Draws every view of the scene and writes its pictures below `folder`.
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder, Progress& progress);
+
+/// What is known of the views that have it.
+std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views);
 
 }  // namespace naturel

@@ -307,7 +307,7 @@ OutdoorSurfaces find_outdoor_surfaces(const Scene& scene, const Building& buildi
     return found;
 }
 
-OutdoorLight unobstructed_light(const Scene& scene) {
+OutdoorLight outdoor_sources(const Scene& scene) {
     const SunDescription sun = scene.sun.value_or(SunDescription{});
     const glm::dvec3 sun_direction =
         scene.sun ? direction_from_angles(sun.altitude_rad, sun.azimuth_rad) : glm::dvec3{0, 0, 1};
@@ -329,7 +329,7 @@ void light_surfaces(const Scene& scene, const Building& building, const PatchGri
 
 OutdoorLight light_outdoors(const Scene& scene, const Building& building, const PatchGrid& grid,
                             const Visibility& visibility, Progress& progress) {
-    OutdoorLight light = unobstructed_light(scene);
+    OutdoorLight light = outdoor_sources(scene);
     const OutdoorSurfaces surfaces = find_outdoor_surfaces(scene, building, grid);
     const FacetTree tree(building);
     // Errors of nodes average out where a point sees many of them: 1e-3 is fine enough.

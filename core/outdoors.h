@@ -64,13 +64,13 @@ struct OutdoorSurfaces {
 OutdoorSurfaces find_outdoor_surfaces(const Scene& scene, const Building& building, const PatchGrid& grid);
 
 /// The sky, the sun and the open ground of a scene; nothing else is lit yet.
-OutdoorLight unobstructed_light(const Scene& scene);
+OutdoorLight outdoor_sources(const Scene& scene);
 
 /// Finds out what sky and reflections give to nodes of the surfaces: of the lattice, or of faces. The sun is not asked for.
 struct OutdoorGather {
     std::function<OutdoorIlluminance(const OutdoorLight&, std::size_t node)> at_lattice, at_face;
 };
-/// Lights the surfaces. light: of unobstructed_light().
+/// Lights the surfaces. light: of outdoor_sources().
 void light_surfaces(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
                     const OutdoorSurfaces& surfaces, const OutdoorGather& gather, Progress& progress, OutdoorLight& light);
 

@@ -50,7 +50,7 @@ public:
           samples_per_side_(view.samples),
           sun_(samples, solution.outdoors.sun_direction, solution.outdoors.direct_normal_illuminance_lx) {
         node_lx_.reserve(solution.nodes.size());
-        for (const PointIlluminance& node : solution.nodes) node_lx_.push_back(node.total_lx());
+        for (const PointIlluminance& node : solution.nodes) node_lx_.push_back(node.direct.by_source() + node.indirect_lx);
         if (view.quality == PictureQuality::gather) direct_.emplace(scene, building, grid, solution.outdoors, visibility);
         find_cut_polyhedra();
     }
@@ -62,7 +62,7 @@ public:
         int count = 1;
         double sun_cd_m2 = 0.0;     ///< luminance of the sun there
         double distance_m = std::numeric_limits<double>::infinity();
-        Band3 illuminance_lx{};     ///< indoors
+        LightBySource illuminance_lx{};  ///< indoors
 
         dvec3 point_m() const { return ray.origin_m + distance_m * ray.direction; }
     };
@@ -100,7 +100,8 @@ public:
 
 private:
     struct Sums {
-        Band3 luminance_cd_m2{}, illuminance_lx{};
+        Band3 luminance_cd_m2{};
+        LightBySource illuminance_lx{};
         int shown = 0, on_surfaces = 0;
     };
 
@@ -160,8 +161,9 @@ private:
         for (const Sample& sample : scratch.samples) add(sample, sums);
         const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(column);
         if (sums.shown > 0) picture.luminance_cd_m2[pixel] = 1.0 / sums.shown * sums.luminance_cd_m2;
-        picture.illuminance_lx[pixel] =
-            sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx : grey(std::numeric_limits<double>::quiet_NaN());
+        const Band3 none = grey(std::numeric_limits<double>::quiet_NaN());
+        picture.illuminance_lx[pixel] = sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx.total() : none;
+        picture.sky_illuminance_lx[pixel] = sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx.sky : none;
         picture.coverage[pixel] = static_cast<float>(sums.shown) / static_cast<float>(n * n);
     }
 
@@ -203,7 +205,7 @@ private:
         if (seen.kind == Look::Kind::indoors) {
             const Facet& facet = building_.facets[index(seen.facet)];
             const Material& material = scene_.materials[index(building_.faces[index(facet.face)].material)];
-            luminance = 1.0 / pi * (material.reflectance * sample.illuminance_lx + material.exitance_lm_m2);
+            luminance = 1.0 / pi * (material.reflectance * sample.illuminance_lx.total() + material.exitance_lm_m2);
             sums.illuminance_lx += count * sample.illuminance_lx;
             sums.on_surfaces += sample.count;
         } else {
@@ -228,12 +230,12 @@ private:
         }
     }
 
-    Band3 interpolated_lx(PatchId patch, const dvec3& point_m, std::vector<double>& weights) const {
+    LightBySource interpolated_lx(PatchId patch, const dvec3& point_m, std::vector<double>& weights) const {
         if (patch == PatchId::none) return {};
         const auto corners = grid_.corners_of(patch);
         weights.resize(corners.size());
         grid_.interpolation_weights(patch, point_m, weights);
-        Band3 illuminance_lx;
+        LightBySource illuminance_lx;
         for (std::size_t k = 0; k < corners.size(); ++k) illuminance_lx += weights[k] * node_lx_[index(corners[k])];
         return illuminance_lx;
     }
@@ -252,11 +254,11 @@ private:
                 if (is_there(sample)) sum_m += sample.point_m(), ++count;
             const Facet& facet = building_.facets[index(facet_id)];
             const GatherPoint point{1.0 / count * sum_m + touching_m * facet.normal, facet.normal};
-            const Band3 sky_and_outdoors = direct_->without_sun(point).by_source().total();
+            const LightBySource sky_and_outdoors = direct_->without_sun(point).by_source();
             visibility_.gather_row(point, scratch.row);
-            const Band3 illuminance_lx = sky_and_outdoors + collect(scratch.row, solution_.radiosity.exitance_lm_m2, solution_.repair).total();
+            const LightBySource illuminance_lx = sky_and_outdoors + collect(scratch.row, solution_.radiosity.exitance_lm_m2, solution_.repair);
             for (Sample& sample : samples)
-                if (is_there(sample)) sample.illuminance_lx = illuminance_lx + sun_lx(sample, facet);
+                if (is_there(sample)) sample.illuminance_lx = illuminance_lx + LightBySource{{}, sun_lx(sample, facet)};
         }
     }
 
@@ -311,7 +313,7 @@ private:
     Camera camera_;  ///< of the samples
     int samples_per_side_;
     PictureSun sun_;
-    std::vector<Band3> node_lx_;                ///< [nodes]
+    std::vector<LightBySource> node_lx_;                ///< [nodes]
     std::vector<std::uint32_t> cut_polyhedra_;  ///< into Scene::polyhedra, increasing
 };
 
@@ -327,6 +329,7 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
                     .height = view.height,
                     .luminance_cd_m2 = std::vector<Band3>(pixels),
                     .illuminance_lx = std::vector<Band3>(pixels),
+                    .sky_illuminance_lx = std::vector<Band3>(pixels),
                     .coverage = std::vector<float>(pixels)};
     ThreadScratch<Painter::Scratch> scratches;
     const auto bands = static_cast<std::size_t>((view.height + band_rows - 1) / band_rows);

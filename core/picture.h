@@ -12,6 +12,7 @@ struct Picture {
     std::vector<Band3> luminance_cd_m2{};
     /// [width x height], of the indoor surface that is seen, also through panes; NaN where none is.
     std::vector<Band3> illuminance_lx{};
+    std::vector<Band3> sky_illuminance_lx{};  ///< the part of it that stems from the sky: over the outdoor illuminance the daylight factor
     /// [width x height], share of a pixel that shows anything: less than 1 along the rim of a fisheye, 0 outside, and where all
     /// is cut away. Empty: all 1.
     std::vector<float> coverage{};

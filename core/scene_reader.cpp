@@ -15,6 +15,7 @@
 #include "core/picture_reader.h"
 #include "core/polyhedra.h"
 #include "core/scene_keys.h"
+#include "core/scene_sources.h"
 #include "core/scene_values.h"
 #include "core/simple_polygon.h"
 #include "core/sky_reader.h"
@@ -354,6 +355,13 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     return scene;
 }
 
+Scene read_text_and_files(std::string_view text, const std::string& file_name, SideFiles& files, const SceneDefaults& defaults) {
+    const JsonDocument document(std::string(text), file_name);
+    Scene scene = read_document(document, files, defaults);
+    scene.source_sha256 = files.sha256_with(text);
+    return scene;
+}
+
 }  // namespace
 
 std::string read_json_file(const std::filesystem::path& file, std::string_view kind) {
@@ -379,10 +387,22 @@ std::string read_json_file(const std::filesystem::path& file, std::string_view k
 }
 
 Scene read_scene_text(std::string_view text, const std::string& file_name, const SceneDefaults& defaults) {
-    const JsonDocument document(std::string(text), file_name);
     SideFiles files(std::filesystem::path(file_name).parent_path());
-    Scene scene = read_document(document, files, defaults);
-    scene.source_sha256 = files.sha256_with(text);
+    return read_text_and_files(text, file_name, files, defaults);
+}
+
+Scene read_scene_sources(std::span<const SourceFile> sources, const SceneDefaults& defaults) {
+    NATUREL_EXPECT(!sources.empty());
+    SideFiles files({}, sources.subspan(1));
+    return read_text_and_files(sources.front().text, sources.front().name, files, defaults);
+}
+
+Scene read_scene_with_sources(const std::filesystem::path& file, const SceneDefaults& defaults, std::vector<SourceFile>& sources) {
+    SideFiles files(file.parent_path());
+    std::string text = read_json_file(file, "scene");
+    Scene scene = read_text_and_files(text, file.string(), files, defaults);
+    sources = files.sources();
+    sources.insert(sources.begin(), {file.filename().string(), std::move(text)});
     return scene;
 }
 

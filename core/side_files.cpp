@@ -9,6 +9,10 @@
 
 namespace naturel {
 
+SideFiles::SideFiles(std::filesystem::path folder, std::span<const SourceFile> known) : folder_(std::move(folder)) {
+    for (const SourceFile& file : known) files_.emplace(file.name, Text{file.name, file.text});
+}
+
 const SideFiles::Text& SideFiles::read(const JsonValue& name) {
     const std::string& text = read_text(name);
     if (const auto found = files_.find(text); found != files_.end()) return found->second;
@@ -28,6 +32,12 @@ const SideFiles::Text& SideFiles::read(const JsonValue& name) {
     Text file{path.string(), {std::istreambuf_iterator<char>(stream), {}}};
     if (!stream) name.refuse(fmt::format("{} cannot be read (check its permissions)", in_quotes(text)));
     return files_.emplace(text, std::move(file)).first->second;
+}
+
+std::vector<SourceFile> SideFiles::sources() const {
+    std::vector<SourceFile> list;
+    for (const auto& [name, file] : files_) list.push_back({name, file.text});
+    return list;
 }
 
 std::string SideFiles::sha256_with(std::string_view scene_text) const {

@@ -605,7 +605,7 @@ struct SkySeries::Implementation {
             std::vector<InWork> work;
             for (std::size_t k = block * lane_count; k < std::min(group.variants.size(), (block + 1) * lane_count); ++k) {
                 const std::size_t variant = group.variants[k];
-                solutions[variant].emplace(DaylightSolution{.outdoors = unobstructed_light(variants[variant])});
+                solutions[variant].emplace(DaylightSolution{.outdoors = outdoor_sources(variants[variant])});
                 solutions[variant]->sensors = sensors;
                 solutions[variant]->form_factor_quality = form_factors.quality;
                 work.push_back({variants[variant], *solutions[variant]});

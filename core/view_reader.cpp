@@ -207,7 +207,7 @@ View read_view(const JsonValue& value, const std::string& id, const PictureOptio
     }
     view.picture = picture;
     if (const auto own = object.find("picture")) read_picture(*own, view.picture);
-    // Two colours of three bands and a share are 52 bytes per pixel: 3.3 GB while it is drawn.
+    // Three colours of three bands and a share are 76 bytes per pixel: 4.9 GB while it is drawn.
     constexpr double most_megapixels = 64.0;
     const double megapixels = 1e-6 * view.width * view.height;
     if (megapixels > most_megapixels) {

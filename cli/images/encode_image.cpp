@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 
@@ -12,7 +13,10 @@ extern "C" void naturel_encode_image(const naturel::ImageFile& image, std::strin
     const OIIO::TypeDesc format = image.is_float ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
     OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()), format);
     spec.channelnames = image.channels;
-    spec.alpha_channel = -1;
+    const auto alpha = std::find(image.channels.begin(), image.channels.end(), "A");
+    spec.alpha_channel = alpha == image.channels.end() ? -1 : static_cast<int>(alpha - image.channels.begin());
+    // EXR takes colours that are multiplied by alpha, PNG those that are not: both as they come.
+    if (!image.is_float) spec.attribute("oiio:UnassociatedAlpha", 1);
     for (const auto& [name, text] : image.texts)
         spec.attribute(name, text);
     for (const auto& [name, numbers] : image.numbers) {

@@ -144,7 +144,7 @@ TEST_CASE("exposures that make no sense are refused with what would be right", "
 TEST_CASE("options of pictures that make no sense are refused with what would be right", "[cli][picture]") {
     refused({"--tone-mapping", "filmic"}, "unknown word \"filmic\" (known: linear, reinhard)");
     refused({"--white-point", "d50"}, "unknown word \"d50\" (known: d65, sky)");
-    refused({"--false-colour", "heat"}, "unknown word \"heat\" (known: none, luminance, illuminance)");
+    refused({"--false-colour", "heat"}, "unknown word \"heat\" (known: none, luminance, illuminance, daylight_factor)");
     refused({"--false-colour-scale", "cubic"}, "unknown word \"cubic\" (known: linear, logarithmic)");
     refused({"--false-colour-max", "0"}, "--false-colour-max");
     refused({"--contours", "10,-5"}, "--contours");

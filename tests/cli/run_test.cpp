@@ -74,7 +74,8 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
 
     std::vector<std::string> expected{"zones.json"};
     for (const std::string& backend : backends)
-        for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "summary.json", "timings.json",
+        for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "sensors/daylight_factor/work_plane.svg",
+                                 "sensors/illuminance/work_plane.svg", "solution.bin", "summary.json", "timings.json",
                                  "views/to__window.exr", "views/to__window.png", "views/to__Window_2.exr",
                                  "views/to__Window_2.png"})
             expected.push_back(backend + "/" + name);
@@ -118,7 +119,7 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
             INFO(file);
             CHECK(files.contains(backend + "/" + file.get<std::string>()));
         }
-        CHECK(summary["files"].size() + 1 == 9);
+        CHECK(summary["files"].size() + 1 == 12);
         CHECK(nlohmann::json::parse(files.at(backend + "/timings.json"))["threads"].get<int>() >= 1);
     }
 }

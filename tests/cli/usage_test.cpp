@@ -49,8 +49,8 @@ TEST_CASE("the version names the program and its backends", "[cli]") {
 }
 
 TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cli]") {
-    check_failure(run_naturel({}), 2, "known: run, check, formfactors, compare, timing, zones, sky, batch, merge");
-    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, check, formfactors, compare, timing, zones, sky, batch, merge)");
+    check_failure(run_naturel({}), 2, "known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge");
+    check_failure(run_naturel({"paint"}), 2, "unknown command \"paint\" (known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge)");
     check_failure(run_naturel({"run"}), 2, "SCENE is required");
     check_failure(run_naturel({"run", "room.json", "--backend", "crystal_ball"}), 2,
                   "unknown backend \"crystal_ball\" (known: hemicube");
