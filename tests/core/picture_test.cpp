@@ -337,14 +337,13 @@ Scene sunny_room() {
 
 }  // namespace
 
-TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye", "[picture][embree]") {
+TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye", "[picture][embree][slow]") {
     const Backend backend = GENERATE(from_range(all_backends()));
     INFO(backend.name);
     if (backend.name == "single plane") return;  // its rows leave out what is below the rim
     // In the sun, and out of it; level, and up. The sun is a point: where the cosine falls fast, it should be that of the sun, not of
     // the middle of its pixel.
     Scene scene = sunny_room();
-    scene.grid.spacing_m = 1.0;
     scene.sensors = {{.id = "eye", .points = {{{1.3, 1.2, 1.1}, {0, -1, 0}}, {{0.4, 3, 1.2}, glm::normalize(dvec3(1, -1, 0))}, {{0.5, 3, 1.1}, {0, 0, 1}}}}};
     const Painted painted = solved(scene, backend);
     CHECK(painted.solution.sensor_values[0].direct.sun_lx.g > 10000);
