@@ -11,12 +11,10 @@
 #include "cli/little_endian.h"
 #include "cli/npy.h"
 #include "cli/zip_writer.h"
+#include "core/parallel.h"
 
 namespace naturel {
 namespace {
-
-// Text is handed to the file in pieces of about this size.
-constexpr std::size_t piece_bytes = 1u << 20;
 
 /// What the files say of each row, as arrays.
 struct RowArrays {
@@ -41,19 +39,35 @@ std::string in_quotes(std::string_view text) {
     return quoted + '"';
 }
 
-void write_entries_csv(WholeFile& file, const FormFactors& f) {
-    std::string text = "row,column,form_factor,error\n";
-    for (std::size_t i = 0; i < f.row_count(); ++i) {
+std::string entry_lines(const FormFactors& f, std::size_t first_row, std::size_t end_row) {
+    std::string text;
+    for (std::size_t i = first_row; i < end_row; ++i) {
         for (std::size_t e = f.row_begin[i]; e < f.row_begin[i + 1]; ++e) {
             fmt::format_to(std::back_inserter(text), "{},{},{},", i, f.column[e], f.value[e]);
             if (!f.error.empty()) fmt::format_to(std::back_inserter(text), "{}", f.error[e]);
             text += '\n';
-            if (text.size() < piece_bytes) continue;
-            file.write(text);
-            text.clear();
         }
     }
-    file.write(text);
+    return text;
+}
+
+/// To write out numbers takes longer than to compute them from few rays: in parallel, piece by piece.
+void write_entries_csv(WholeFile& file, const FormFactors& f) {
+    constexpr std::size_t pieces_at_a_time = 32, entries_per_piece = 10'000;  // some 10 MB of text
+    file.write("row,column,form_factor,error\n");
+    std::vector<std::size_t> begin;  // rows of the pieces
+    std::vector<std::string> pieces;
+    for (std::size_t row = 0; row < f.row_count();) {
+        begin.assign(1, row);
+        while (begin.size() <= pieces_at_a_time && row < f.row_count()) {
+            const std::uint64_t full = f.row_begin[row] + entries_per_piece;
+            while (row < f.row_count() && f.row_begin[row] < full) ++row;
+            begin.push_back(row);
+        }
+        pieces.assign(begin.size() - 1, {});
+        parallel_for(pieces.size(), 1, [&](std::size_t p) { pieces[p] = entry_lines(f, begin[p], begin[p + 1]); });
+        for (const std::string& piece : pieces) file.write(piece);
+    }
 }
 
 void write_patches_csv(WholeFile& file, const FormFactorTable& table) {

@@ -15,6 +15,7 @@
 #include "cli/json_text.h"
 #include "cli/prepared_scene.h"
 #include "core/errors.h"
+#include "core/parallel.h"
 
 namespace naturel {
 namespace {
@@ -44,9 +45,17 @@ RowStatistics row_statistics(const FormFactors& f, const PatchGrid& grid, const 
         s.worst_gap = std::max(s.worst_gap, gaps[i]);
     }
     if (area_m2 > 0.0) s.mean_sum /= area_m2;
-    for (const float error : f.error) {
-        s.mean_error += static_cast<double>(error) / static_cast<double>(f.error.size());
-        s.worst_error = std::max(s.worst_error, static_cast<double>(error));
+    if (s.has_errors) {
+        struct Errors {
+            double sum = 0.0, worst = 0.0;
+            Errors operator+(const Errors& o) const { return {sum + o.sum, std::max(worst, o.worst)}; }
+        };
+        const Errors errors = deterministic_sum<Errors>(f.error.size(), [&](std::size_t e) {
+            const auto error = static_cast<double>(f.error[e]);
+            return Errors{error, error};
+        });
+        s.mean_error = errors.sum / static_cast<double>(f.error.size());
+        s.worst_error = errors.worst;
     }
     return s;
 }
@@ -120,9 +129,9 @@ void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     const FormFactors f = compute_form_factors(*visibility, grid, {.repair = options.repair, .errors = true}, progress);
 
     std::vector<double> row_sum(f.row_count());
-    for (std::size_t i = 0; i < row_sum.size(); ++i)
-        for (std::size_t e = f.row_begin[i]; e < f.row_begin[i + 1]; ++e)
-            row_sum[i] += f.value[e];
+    parallel_for(row_sum.size(), 64, [&](std::size_t i) {
+        for (std::size_t e = f.row_begin[i]; e < f.row_begin[i + 1]; ++e) row_sum[i] += f.value[e];
+    });
     const std::vector<double> gaps = reciprocity_gaps(f, grid);
     const RowStatistics statistics = row_statistics(f, grid, row_sum, gaps);
     const std::string described = description(options, scene, *visibility, f, statistics);

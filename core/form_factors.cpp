@@ -17,6 +17,10 @@ struct SparseRows {
     std::vector<std::uint64_t> row_begin;
     std::vector<std::uint32_t> column;
     std::vector<double> value;
+
+    void resize(std::size_t entries) {
+        parallel_for(2, 1, [&](std::size_t part) { part == 0 ? value.resize(entries) : column.resize(entries); });
+    }
 };
 
 /// What the rows say about themselves, [row].
@@ -65,8 +69,7 @@ SparseRows transpose(const FormFactors& f) {
     });
     for (std::size_t i = 0; i < count; ++i)
         t.row_begin[i + 1] += t.row_begin[i];
-    t.column.resize(f.column.size());
-    t.value.resize(f.value.size());
+    t.resize(f.column.size());
     std::vector<std::uint64_t> next(t.row_begin.begin(), t.row_begin.end() - 1);
     parallel_for(tasks, 1, [&](std::size_t task) {
         for_each_in_task(task, [&](std::size_t i, std::uint32_t c, double value) {
@@ -149,8 +152,7 @@ SparseRows mean_exchange(const FormFactors& f, const SparseRows& transposed,
     });
     for (std::size_t i = 0; i < f.row_count(); ++i)
         s.row_begin[i + 1] += s.row_begin[i];
-    s.column.resize(s.row_begin.back());
-    s.value.resize(s.row_begin.back());
+    s.resize(s.row_begin.back());
     parallel_for(f.row_count(), 16, [&](std::size_t i) {
         std::size_t e = s.row_begin[i];
         for_each_exchange(f, transposed, i, [&](std::uint32_t j, double f_ij, double f_ji) {

@@ -8,8 +8,9 @@
 namespace naturel {
 
 FormFactorRows Visibility::form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const {
-    // Rows are computed in parallel by the chunk; a chunk keeps its rows in one piece of memory until all are joined.
-    constexpr std::size_t rows_per_chunk = 64;
+    // Rows are computed in parallel by the chunk; a chunk keeps its rows in one piece of memory until all are joined. Short chunks,
+    // for at the end threads wait for the last one.
+    constexpr std::size_t rows_per_chunk = 16;
     struct Chunk {
         std::vector<std::uint32_t> column;
         std::vector<double> value;
@@ -53,9 +54,12 @@ FormFactorRows Visibility::form_factor_rows(std::size_t count, bool with_errors,
     const bool errors_known = with_errors && std::ranges::all_of(chunks, [](const Chunk& chunk) {
         return chunk.error.size() == chunk.value.size();
     });
-    all.column.resize(all.row_begin.back());
-    all.value.resize(all.row_begin.back());
-    if (errors_known) all.error.resize(all.row_begin.back());
+    // Half of the memory each: what costs time is that the system fills it with zeros.
+    parallel_for(2, 1, [&](std::size_t part) {
+        if (part == 0) return all.value.resize(all.row_begin.back());
+        all.column.resize(all.row_begin.back());
+        if (errors_known) all.error.resize(all.row_begin.back());
+    });
     parallel_for(chunk_count, 1, [&](std::size_t c) {
         const std::uint64_t first = all.row_begin[c * rows_per_chunk];
         std::ranges::copy(chunks[c].column, all.column.data() + first);

@@ -262,16 +262,19 @@ private:
 
 /// Relative errors of all cases of a family, increasing, and the mean number of directions.
 struct Outcome {
-    std::vector<double> errors;
-    std::vector<std::uint64_t> seeds;  ///< same order
+    struct Found {
+        double error;
+        std::uint64_t seed;
+    };
+    std::vector<Found> found;
     double rays = 0.0;
 
     double quantile(double share) const {
-        return errors[std::min(errors.size() - 1, static_cast<std::size_t>(share * static_cast<double>(errors.size())))];
+        return found[std::min(found.size() - 1, static_cast<std::size_t>(share * static_cast<double>(found.size())))].error;
     }
     double within(double tolerance) const {
-        return static_cast<double>(std::upper_bound(errors.begin(), errors.end(), tolerance) - errors.begin()) /
-               static_cast<double>(errors.size());
+        return static_cast<double>(std::ranges::upper_bound(found, tolerance, {}, &Found::error) - found.begin()) /
+               static_cast<double>(found.size());
     }
 };
 
@@ -283,9 +286,11 @@ struct PreparedCase {
     std::uint64_t seed = 0;
 };
 
-std::vector<PreparedCase> prepare(const Family& family, std::uint64_t first_seed, std::uint64_t count) {
-    std::vector<PreparedCase> cases;
-    for (std::uint64_t seed = first_seed; cases.size() < count; ++seed) {
+/// Calls visit(case) for so many cases of a family, one at a time: a case takes some 30 MB.
+template <class Visit>
+void for_each_case(const Family& family, std::uint64_t first_seed, std::uint64_t count, const Visit& visit) {
+    std::uint64_t visited = 0;
+    for (std::uint64_t seed = first_seed; visited < count; ++seed) {
         Dice dice(seed);
         PreparedCase prepared{.hard = family.make(dice), .building = {}, .grid = {}, .seed = seed};
         const Scene& scene = prepared.hard.scene;
@@ -313,46 +318,45 @@ std::vector<PreparedCase> prepare(const Family& family, std::uint64_t first_seed
             unobstructed_lx += illuminance_by_clipping(prepared.hard.point, opening, {}, behind);
         }
         // What is nearly dark is not held to a relative tolerance (docs/method.md, "Direct illuminance").
-        if (prepared.expected_lx > 0.02 * unobstructed_lx && prepared.expected_lx > 1e-6) cases.push_back(std::move(prepared));
+        if (prepared.expected_lx > 0.02 * unobstructed_lx && prepared.expected_lx > 1e-6) visit(prepared), ++visited;
     }
-    return cases;
 }
 
-Outcome run(std::vector<PreparedCase>& cases, double tolerance) {
-    std::vector<std::pair<double, std::uint64_t>> found;
-    Outcome outcome;
-    for (PreparedCase& prepared : cases) {
-        Scene& scene = prepared.hard.scene;
-        scene.direct.tolerance = tolerance;
-        const CountedVisibility visibility(prepared.building);
-        NoProgress progress;
-        const OutdoorLight outdoors = light_outdoors(scene, prepared.building, prepared.grid, visibility, progress);
-        const DirectLight direct(scene, prepared.building, prepared.grid, outdoors, visibility);
-        visibility.rays = 0;
-        const double lx = direct.without_sun(prepared.hard.point).by_source().total().g;
-        found.emplace_back(std::abs(lx / prepared.expected_lx - 1.0), prepared.seed);
-        outcome.rays += static_cast<double>(visibility.rays) / static_cast<double>(cases.size());
-    }
-    std::sort(found.begin(), found.end());
-    for (const auto& [error, seed] : found) outcome.errors.push_back(error), outcome.seeds.push_back(seed);
-    return outcome;
+/// The relative error of a case and the directions it took are added to an outcome.
+void run(PreparedCase& prepared, double tolerance, Outcome& outcome) {
+    Scene& scene = prepared.hard.scene;
+    scene.direct.tolerance = tolerance;
+    const CountedVisibility visibility(prepared.building);
+    NoProgress progress;
+    const OutdoorLight outdoors = light_outdoors(scene, prepared.building, prepared.grid, visibility, progress);
+    const DirectLight direct(scene, prepared.building, prepared.grid, outdoors, visibility);
+    visibility.rays = 0;
+    const double lx = direct.without_sun(prepared.hard.point).by_source().total().g;
+    outcome.found.push_back({std::abs(lx / prepared.expected_lx - 1.0), prepared.seed});
+    outcome.rays += static_cast<double>(visibility.rays);
 }
 
 /// share: of the points that must be within the tolerance; none may be five tolerances off.
 void check_families(std::uint64_t first_seed, std::uint64_t count, double share, std::initializer_list<double> tolerances, bool print) {
     if (print) std::printf("%-28s %8s %7s %9s %9s %9s %9s %7s %5s\n", "", "tol", "within", "median", "90 %", "99 %", "worst", "rays", "seed");
     for (const Family& family : families) {
-        std::vector<PreparedCase> cases = prepare(family, first_seed, count);
-        for (const double tolerance : tolerances) {
-            const Outcome outcome = run(cases, tolerance);
+        std::vector<Outcome> outcomes(tolerances.size());
+        for_each_case(family, first_seed, count, [&](PreparedCase& prepared) {
+            for (std::size_t k = 0; k < outcomes.size(); ++k) run(prepared, tolerances.begin()[k], outcomes[k]);
+        });
+        for (std::size_t k = 0; k < outcomes.size(); ++k) {
+            Outcome& outcome = outcomes[k];
+            const double tolerance = tolerances.begin()[k];
+            std::ranges::sort(outcome.found, {}, &Outcome::Found::error);
+            outcome.rays /= static_cast<double>(count);
             if (print) {
                 std::printf("%-28s %8g %6.1f%% %9.2g %9.2g %9.2g %9.2g %7.0f %5d\n", family.name, tolerance,
                             100 * outcome.within(tolerance), outcome.quantile(0.5), outcome.quantile(0.9),
-                            outcome.quantile(0.99), outcome.errors.back(), outcome.rays, static_cast<int>(outcome.seeds.back()));
+                            outcome.quantile(0.99), outcome.found.back().error, outcome.rays, static_cast<int>(outcome.found.back().seed));
                 std::fflush(stdout);
             }
-            INFO(family.name << ", tolerance " << tolerance << ", worst " << outcome.errors.back() << " at seed "
-                             << outcome.seeds.back() << ", " << outcome.rays << " rays");
+            INFO(family.name << ", tolerance " << tolerance << ", worst " << outcome.found.back().error << " at seed "
+                             << outcome.found.back().seed << ", " << outcome.rays << " rays");
             CHECK(outcome.within(tolerance) >= share);
             CHECK(outcome.within(5.0 * tolerance) == 1.0);
         }
