@@ -460,18 +460,18 @@ TEST_CASE("pictures of any method differ in pixels on edges only", "[visibility]
         {.id = "fisheye through walls", .kind = ViewKind::fisheye, .from_m = {9, -8, 7}, .to_m = {2, 2, 1}, .field_of_view_rad = 1.0,
          .see_through = SeeThrough::walls}};
     for (View view : views) {
-        view.width = 90;
-        view.height = 61;
+        view.width = 150;
+        view.height = 101;
         const Camera camera = make_camera(view);
         std::vector<RayHit> hits;
         std::vector<std::vector<FacetId>> pictures;
         for (const Backend& backend : all_backends()) {
             const Place place(scene, 1.0, backend);
-            pictures.emplace_back(90 * 61);
+            pictures.emplace_back(150 * 101);
             // In two parts: what a picture shows does not depend on how much is drawn at a time.
             const std::span<FacetId> seen(pictures.back());
-            place.visibility->view_facets(camera, 0, 23, seen.first(23 * 90));
-            place.visibility->view_facets(camera, 23, 61, seen.subspan(23 * 90));
+            place.visibility->view_facets(camera, 0, 37, seen.first(37 * 150));
+            place.visibility->view_facets(camera, 37, 101, seen.subspan(37 * 150));
             if (!hits.empty()) continue;
             for (int row = 0; row < view.height; ++row) {
                 for (int column = 0; column < view.width; ++column) {
@@ -494,7 +494,7 @@ TEST_CASE("pictures of any method differ in pixels on edges only", "[visibility]
             ++kinds[hits[k].facet];
             for (const std::vector<FacetId>& picture : pictures) wrong += picture[k] != hits[k].facet;
         }
-        // Drawn in blocks, a fisheye may miss what is narrower than half a pixel: one pixel or two of the 5490.
+        // Drawn in blocks, a fisheye may miss what is narrower than half a pixel: one pixel or two of the 15150.
         const bool round = view.kind == ViewKind::fisheye || view.kind == ViewKind::panorama;
         CHECK(wrong <= (round ? 4 : 0));
         CHECK(undecided < 30);
