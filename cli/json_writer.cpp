@@ -160,7 +160,8 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                          const std::vector<WrittenView>& views) {
     const PatchGrid& grid = result.grid;
     Json pictures = Json::array();
-    Json files{"nodes.csv", "patches.csv", "sensors.csv", "timings.json"};
+    Json files{"nodes.csv", "patches.csv", "scene.glb", "scene.vtp", "sensors.csv", "timings.json"};
+    if (result.options.report) files.push_back("report.html");
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},
                             {"file", view.files.front()},
