@@ -73,7 +73,7 @@ const report_surfaces = (() => {
   };
 
   /**
-   * Edges of patches [begin, end) as pairs of vertices: all, and those that no neighbour shares. Only indoors patches share
+   * Edges of patches [begin, end) as pairs of vertices: all, and those that no neighbour shares. Only indoor patches share
    * vertices; elsewhere those in one place count as one.
    */
   const edges_of = (mesh, begin, end, by_place) => {

@@ -18,9 +18,8 @@ struct SurfaceLight {
     double illuminance_lx() const;  ///< sum of the parts
 };
 
-/// The patches as polygons, with light at every corner: what files for other programs and the report are made of. Patches of
-/// a face share their corners: where the corner of one lies on the edge of another, that one has a corner there, too, so that
-/// nothing shines through. Along the edge of a sunspot each side has corners of its own.
+/// The patches as polygons, with light at every corner: what files for other programs and the report are made of. Patches of an
+/// indoor face share their corners, which are nodes of the grid; those of windows and outdoor faces have corners of their own.
 struct SurfaceMesh {
     std::vector<glm::dvec3> positions_m;    ///< nodes of the grid first, in their order
     std::vector<SurfaceLight> light;        ///< [positions_m]
