@@ -215,7 +215,7 @@ std::size_t check_sensors(const CheckedScene& checked, Report& report) {
 void check_views(const CheckedScene& checked, Report& report) {
     for (const View& view : checked.scene.views) {
         report.say("  view \"{}\": {} x {} pixels", view.id, view.width, view.height);
-        if (medium_at(checked.scene, view.from_m) == Medium::solid)
+        if (view.cut_planes.empty() && medium_at(checked.scene, view.from_m) == Medium::solid)
             report.warn("view \"{}\" looks from inside a solid (at {:.3f}, {:.3f}, {:.3f})", view.id,
                         view.from_m.x, view.from_m.y, view.from_m.z);
     }

@@ -17,6 +17,7 @@ namespace naturel {
 /// finite is an internal fault.
 class CsvTable {
 public:
+    CsvTable() = default;  ///< rows without a header
     explicit CsvTable(std::string_view header) : text_(header) { text_ += '\n'; }
 
     CsvTable& cell(std::string_view text) {

@@ -1,9 +1,12 @@
 #include "cli/csv_writer.h"
 
+#include <algorithm>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "cli/csv_table.h"
+#include "core/parallel.h"
 
 namespace naturel {
 namespace {
@@ -51,11 +54,26 @@ std::string_view word(Medium medium) {
     return {};
 }
 
+/// A table whose row k is made by add_row(table, k), many rows at a time on several threads.
+template <class AddRow>
+std::string in_parallel(const std::string& header, std::size_t rows, const AddRow& add_row) {
+    constexpr std::size_t rows_per_block = 128;  // about 30 kB of text
+    std::vector<std::string> blocks((rows + rows_per_block - 1) / rows_per_block);
+    parallel_for(blocks.size(), 1, [&](std::size_t b) {
+        CsvTable table;
+        const std::size_t end = std::min(rows, (b + 1) * rows_per_block);
+        for (std::size_t k = b * rows_per_block; k < end; ++k) add_row(table, k);
+        blocks[b] = std::move(table).take();
+    });
+    std::string text = header + '\n';
+    for (const std::string& block : blocks) text += block;
+    return text;
+}
+
 }  // namespace
 
 std::string sensors_csv(const Result& result) {
-    CsvTable table("id,set," + point_columns + ",medium" + erc_columns);
-    for (std::size_t k = 0; k < result.solution.sensors.size(); ++k) {
+    return in_parallel("id,set," + point_columns + ",medium" + erc_columns, result.solution.sensors.size(), [&](CsvTable& table, std::size_t k) {
         const Sensor& sensor = result.solution.sensors[k];
         table.cell(std::string_view(sensor.id)).cell(std::string_view(result.scene.sensors[sensor.set].id));
         table.cell(sensor.point.position_m).cell(sensor.point.normal);
@@ -69,31 +87,26 @@ std::string sensors_csv(const Result& result) {
         else
             add_erc(table, result, result.solution.sensor_values[k].direct);
         table.end_row();
-    }
-    return std::move(table).take();
+    });
 }
 
 std::string nodes_csv(const Result& result) {
-    CsvTable table("id,face," + point_columns + erc_columns);
-    for (std::size_t k = 0; k < result.grid.nodes.size(); ++k) {
+    return in_parallel("id,face," + point_columns + erc_columns, result.grid.nodes.size(), [&](CsvTable& table, std::size_t k) {
         const Node& node = result.grid.nodes[k];
         const Face& face = result.building.faces[index(node.face)];
         table.cell(k).cell(std::string_view(face.name)).cell(node.position_m).cell(face.normal);
         add_values(table, result, result.solution.nodes[k]);
         add_erc(table, result, result.solution.nodes[k].direct);
         table.end_row();
-    }
-    return std::move(table).take();
+    });
 }
 
 std::string patches_csv(const Result& result) {
-    CsvTable table(
-        "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,erc_lx,"
-        "irc_lx,"
-        "total_lx,total_r_lx,total_g_lx,total_b_lx,exitance_lm_m2,exitance_r_lm_m2,exitance_g_lm_m2,exitance_"
-        "b_lm_m2" +
-        erc_columns);
-    for (std::size_t k = 0; k < result.grid.gather_patch_count; ++k) {
+    const std::string header =
+        "id,face,area_m2,x_m,y_m,z_m,nx,ny,nz,reflectance_r,reflectance_g,reflectance_b,sky_lx,sun_lx,erc_lx,irc_lx,"
+        "total_lx,total_r_lx,total_g_lx,total_b_lx,exitance_lm_m2,exitance_r_lm_m2,exitance_g_lm_m2,exitance_b_lm_m2" +
+        erc_columns;
+    return in_parallel(header, result.grid.gather_patch_count, [&](CsvTable& table, std::size_t k) {
         const Patch& patch = result.grid.patches[k];
         const Face& face = result.building.faces[index(patch.face)];
         const Band3 reflectance =
@@ -122,8 +135,7 @@ std::string patches_csv(const Result& result) {
             .cell(exitance_lm_m2);
         add_erc(table, result, direct);
         table.end_row();
-    }
-    return std::move(table).take();
+    });
 }
 
 }  // namespace naturel

@@ -23,7 +23,7 @@ struct SamplesPerRow {
 /// The top of a hemi-cube and four half sides; or one square with a rim that is looked at apart.
 double hemicube_cells(const BackendOptions& options) {
     const double side = options.hemicube.resolution;
-    return (options.hemicube.surface == ProjectionSurface::hemicube ? 3.0 : 1.0) * side * side;
+    return side * side + (options.hemicube.surface == ProjectionSurface::hemicube ? 4.0 * side * std::ceil(0.5 * side) : 0.0);
 }
 
 SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options, std::size_t facets, std::size_t rows) {
@@ -31,7 +31,7 @@ SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& op
     if (backend == "embree") {
         if (options.embree.form_factors == FormFactorMethod::pairwise) {
             const double all = static_cast<double>(rows);
-            return {0.5 * all, all, "pairs", std::clamp(2.5e-8 * static_cast<double>(facets), 5e-7, 5e-6)};
+            return {0.5 * std::max(0.0, all - 1.0), all, "pairs", std::clamp(2.5e-8 * static_cast<double>(facets), 5e-7, 5e-6)};
         }
         const auto in_rays = [](int rays) { return 256.0 * std::ceil(rays / 256.0); };
         return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays",
@@ -92,6 +92,23 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
         f.picture_bytes = std::max(f.picture_bytes, 4.0 * sizeof(Band3) * static_cast<double>(view.width) *
                                                         static_cast<double>(view.height));
     return f;
+}
+
+std::vector<StageWork> stage_work(const Result& result) {
+    const std::string_view backend = result.visibility.name();
+    const BackendOptions& options = result.options.backends;
+    if (backend == "embree" && options.embree.target_error > 0.0) return {};
+    const std::size_t rows = result.grid.gather_patch_count;
+    const SamplesPerRow samples = samples_per_row(backend, options, result.building.facets.size(), rows);
+    const auto times = [&](double per_row, auto count) { return per_row * static_cast<double>(count); };
+    std::vector<StageWork> work{{"form factors", times(samples.patch, rows), samples.unit}};
+    if (result.options.daylight.node_indirect == IndirectMethod::gather)
+        work.push_back({"nodes", times(samples.point, result.grid.nodes.size()), samples.unit});
+    if (result.options.daylight.sensor_indirect == IndirectMethod::gather)
+        work.push_back({"sensors",
+                        times(samples.point, std::ranges::count(result.solution.sensors, Medium::indoor_air, &Sensor::medium)),
+                        samples.unit});
+    return work;
 }
 
 std::string dry_run_account(const RunOptions& options, const Scene& scene, const Building& building,

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "cli/options.h"
+#include "cli/result.h"
 #include "core/patch_grid.h"
 
 namespace naturel {
@@ -21,6 +22,15 @@ struct Forecast {
 };
 Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
                   std::string_view backend, const BackendOptions& options, IndirectMethod node_indirect);
+
+/// What a stage asks of the visibility: a count that follows from options and scene alone.
+struct StageWork {
+    std::string_view stage;
+    double count = 0.0;
+    std::string_view unit;
+};
+/// Of the stages whose work is known beforehand; a method that goes on until an error is small enough is not.
+std::vector<StageWork> stage_work(const Result& result);
 
 /// "12 MB", "3.4 GB"; "5 s", "3 min", "2.5 h".
 std::string in_bytes(double bytes);

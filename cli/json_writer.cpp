@@ -1,11 +1,15 @@
 #include "cli/json_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/choices.h"
 #include "cli/colour_notes.h"
+#include "cli/forecast.h"
 #include "cli/json_text.h"
+#include "cli/physical_memory.h"
 #include "core/sky_models.h"
 
 namespace naturel {
@@ -195,14 +199,35 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                     {"files", files}});
 }
 
-std::string timings_json(const std::vector<StageTime>& stages, int threads) {
+std::string timings_json(const Result& result, const std::vector<StageTime>& stages) {
+    const std::vector<StageWork> work = stage_work(result);
     Json list = Json::array();
-    double total_s = 0.0;
+    double wall_s = 0.0, cpu_s = 0.0;
+    std::set<std::size_t> all_workers;
     for (const StageTime& stage : stages) {
-        list.push_back({{"stage", stage.stage}, {"seconds", stage.seconds}});
-        total_s += stage.seconds;
+        Json workers = Json::array();
+        for (const ThreadTime& worker : stage.workers) {
+            workers.push_back({{"thread", worker.thread}, {"cpu_seconds", worker.cpu_s}});
+            all_workers.insert(worker.thread);
+        }
+        Json entry{{"stage", stage.stage},
+                   {"seconds", stage.wall_s},
+                   {"cpu_seconds", stage.cpu_s},
+                   {"threads_that_worked", stage.workers.size()},
+                   {"workers", workers}};
+        const auto asked = std::ranges::find(work, stage.stage, &StageWork::stage);
+        if (asked != work.end() && stage.wall_s > 0.0)
+            entry["work"] = {{"unit", asked->unit}, {"count", asked->count}, {"per_second", asked->count / stage.wall_s}};
+        list.push_back(std::move(entry));
+        wall_s += stage.wall_s;
+        cpu_s += stage.cpu_s;
     }
-    return json_text({{"threads", threads}, {"total_seconds", total_s}, {"stages", list}});
+    return json_text({{"threads", result.options.threads},
+                      {"threads_that_worked", all_workers.size()},
+                      {"total_seconds", wall_s},
+                      {"total_cpu_seconds", cpu_s},
+                      {"peak_memory_bytes", peak_memory_bytes()},
+                      {"stages", list}});
 }
 
 std::string comparison_json(const Scene& scene, const std::filesystem::path& scene_file,

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "cli/result.h"
-#include "cli/stage_clock.h"
 #include "cli/view_writer.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
 
@@ -17,7 +17,9 @@ namespace naturel {
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
                          const std::vector<WrittenView>& views);
 
-std::string timings_json(const std::vector<StageTime>& stages, int threads);
+/// Wall and processor time of each stage, the threads that worked, how much was asked of the visibility per second, and the most
+/// memory that the process has had so far.
+std::string timings_json(const Result& result, const std::vector<StageTime>& stages);
 
 /// A backend of a comparison and every option it had.
 struct ComparedBackend {

@@ -3,19 +3,18 @@
 
 #include <atomic>
 #include <cstdio>
-#include <exception>
-#include <new>
 #include <optional>
 
 #include "cli/check.h"
 #include "cli/compare.h"
 #include "cli/formfactors.h"
+#include "cli/guarded.h"
 #include "cli/options.h"
 #include "cli/run.h"
 #include "cli/sky.h"
 #include "cli/terminal_progress.h"
+#include "cli/timing.h"
 #include "cli/zones.h"
-#include "core/errors.h"
 #include "core/parallel.h"
 
 namespace naturel {
@@ -38,6 +37,12 @@ ExitCode execute(const RunOptions& options) {
     const ThreadLimit limit(options.threads);
     TerminalProgress progress(!options.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
     return run(options, progress);
+}
+
+ExitCode execute(const TimingOptions& options) {
+    // Without a limit on threads: every run has its own, in its own process.
+    TerminalProgress progress(!options.run.quiet && isatty(STDERR_FILENO) != 0, stop_requested);
+    return time_runs(options, progress);
 }
 
 ExitCode execute(const CheckOptions& options) {
@@ -76,25 +81,9 @@ ExitCode execute(ExitCode nothing_left_to_do) {
 }
 
 ExitCode guarded_main(int argc, char** argv) {
-    try {
-        const ExitCode code =
-            std::visit([](const auto& command) { return execute(command); }, parse_command_line(argc, argv));
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-            throw InputError("standard output", "cannot be written (disk full?)");
-        return code;
-    } catch (const InputError& error) {
-        std::fprintf(stderr, "naturel: %s\n", error.what());
-        return ExitCode::bad_input;
-    } catch (const Interrupted&) {
-        std::fputs("naturel: interrupted\n", stderr);
-        return ExitCode::interrupted;
-    } catch (const std::bad_alloc&) {
-        std::fputs("naturel: out of memory (a coarser grid, smaller pictures or fewer threads need less)\n", stderr);
-        return ExitCode::internal_fault;
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "naturel: internal fault: %s\n", error.what());
-        return ExitCode::internal_fault;
-    }
+    return guarded([&] {
+        return std::visit([](const auto& command) { return execute(command); }, parse_command_line(argc, argv));
+    });
 }
 
 }  // namespace

@@ -315,7 +315,6 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
     app.add_option("--out", options.out,
                    "folder for the results; each backend writes into a folder of its name there")
         ->type_name("DIR");
-    add_threads(app, options.threads);
     app.add_flag("--quiet", options.quiet, "no progress and no times on the terminal");
 
     add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
@@ -381,6 +380,23 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
         ->group(light_group);
 
     add_backend_options(app, options.backends, seed, accuracy);
+}
+
+void add_trace(CLI::App& app, RunOptions& options) {
+    app.add_option("--trace", options.trace, "write when which thread did what, for ui.perfetto.dev or chrome://tracing")
+        ->type_name("FILE");
+}
+
+void add_timing_options(CLI::App& app, TimingOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
+    options.run.out = "timing";
+    add_run_options(app, options.run, seed, accuracy);
+    app.remove_option(app.get_option("--dry-run"));
+    app.add_option("--threads", options.threads, "numbers of threads, parted by commas")
+        ->type_name("N,N,...")
+        ->delimiter(',')
+        ->check(within(1, 1024));
+    app.add_option("--repeat", options.repeats, "runs with each number of threads")->type_name("N")->check(within(1, 1000));
+    app.add_flag("--weak", options.weak, "also with a grid of as many patches per thread as the first number of threads has");
 }
 
 void add_check_options(CLI::App& app, CheckOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
@@ -551,7 +567,7 @@ std::vector<std::pair<std::string, std::string>> CompareOptions::words() const {
             {"form_factor_repair", std::string(name_of(form_factor_repairs, repair))}};
 }
 
-std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
+std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
     int argc, const char* const* argv) {
     RunOptions run;
     ZonesOptions zones;
@@ -573,6 +589,12 @@ std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOpti
         app.add_subcommand("run", "compute the daylight of a scene and write tables and pictures");
     AccuracyOptions accuracy;
     add_run_options(*run_command, run, seed, accuracy);
+    add_threads(*run_command, run.threads);
+    add_trace(*run_command, run);
+    CLI::App* timing_command = app.add_subcommand("timing", "run a scene again and again with several numbers of threads");
+    TimingOptions timing;
+    AccuracyOptions timing_accuracy;
+    add_timing_options(*timing_command, timing, seed, timing_accuracy);
     CLI::App* check_command = app.add_subcommand(
         "check", "say what a scene contains and warn of likely mistakes, without computing light");
     AccuracyOptions check_accuracy;
@@ -601,16 +623,23 @@ std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOpti
         if (app.get_subcommands().empty())
             throw CLI::ValidationError(
                 app.remaining().empty()
-                    ? "missing command (known: run, check, formfactors, compare, zones, sky)"
-                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, zones, sky)",
+                    ? "missing command (known: run, check, formfactors, compare, timing, zones, sky)"
+                    : fmt::format("unknown command \"{}\" (known: run, check, formfactors, compare, timing, zones, sky)",
                                   app.remaining().front()));
         finish(*run_command, accuracy, run, seed);
+        finish(*timing_command, timing_accuracy, timing.run, seed);
         finish(*check_command, check_accuracy, check, seed);
         finish(*form_factors_command, form_factors_accuracy, form_factors, seed);
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;
     }
     if (check_command->parsed()) return check;
+    if (timing_command->parsed()) {
+        std::ranges::sort(timing.threads);
+        timing.threads.erase(std::ranges::unique(timing.threads).begin(), timing.threads.end());
+        timing.command = fmt::format("{}", fmt::join(argv, argv + argc, " "));
+        return timing;
+    }
     if (form_factors_command->parsed()) return form_factors;
     if (compare_command->parsed()) return compare;
     if (zones_command->parsed()) return zones;

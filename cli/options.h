@@ -32,6 +32,7 @@ struct RunOptions {
     std::filesystem::path out = "out";
     int threads = 1;  ///< parse_command_line() puts the number of processors here unless told otherwise
     bool quiet = false;
+    std::optional<std::filesystem::path> trace;  ///< file for a trace of stages and threads
     bool dry_run = false;  ///< say what would be computed, and how, and stop
     /// What chose the accuracy options that were not given; they are in place when parse_command_line()
     /// returns, but for what the scene has a say in.
@@ -50,6 +51,15 @@ struct RunOptions {
     std::optional<WhitePoint> white_point;
 
     FalseColour false_colour;
+};
+
+/// `naturel timing SCENE`
+struct TimingOptions {
+    RunOptions run;  ///< what is timed; RunOptions::threads and quiet do not count
+    std::vector<int> threads{1, 2};
+    int repeats = 7;
+    bool weak = false;  ///< also with patches in proportion to the threads
+    std::string command;  ///< that asked for it
 };
 
 /// `naturel check SCENE`
@@ -120,7 +130,7 @@ struct SkyOptions {
 
 /// What to do, or the exit code when there is nothing left to do: help and version have been printed on
 /// stdout, a usage error on stderr.
-std::variant<ExitCode, RunOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
+std::variant<ExitCode, RunOptions, TimingOptions, CheckOptions, FormFactorsOptions, CompareOptions, ZonesOptions, SkyOptions> parse_command_line(
     int argc, const char* const* argv);
 
 }  // namespace naturel

@@ -1,5 +1,6 @@
 #include "cli/physical_memory.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,6 +33,12 @@ double control_group_bytes(double all) {
 
 double physical_memory_bytes() {
     return control_group_bytes(static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE)));
+}
+
+double peak_memory_bytes() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return 1024.0 * static_cast<double>(usage.ru_maxrss);  // Linux counts kibibytes
 }
 
 }  // namespace naturel

@@ -6,4 +6,7 @@ namespace naturel {
 /// cluster, a container) is limited.
 double physical_memory_bytes();
 
+/// The most memory that this process has had in place at a time so far.
+double peak_memory_bytes();
+
 }  // namespace naturel

@@ -3,12 +3,12 @@
 #include <optional>
 
 #include "cli/options.h"
-#include "cli/stage_clock.h"
 #include "core/building.h"
 #include "core/light_zones.h"
 #include "core/patch_grid.h"
 #include "core/progress.h"
 #include "core/scene.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
 

@@ -11,6 +11,8 @@ extern const std::string_view report_style;       ///< cli/report.css
 extern const std::string_view report_surfaces;    ///< cli/report_surfaces.js
 extern const std::string_view report_sensors;     ///< cli/report_sensors.js
 extern const std::string_view report_script;      ///< cli/report.js
+extern const std::string_view timing_page;        ///< cli/timing_report.html
+extern const std::string_view timing_script;      ///< cli/timing_report.js
 extern const std::string_view comparison_page;    ///< cli/comparison_report.html
 extern const std::string_view comparison_script;  ///< cli/comparison_report.js
 extern const std::string_view chart_script;       ///< Chart.js

@@ -19,6 +19,7 @@
 #include "cli/view_writer.h"
 #include "cli/vtp_writer.h"
 #include "cli/zone_writer.h"
+#include "core/trace.h"
 
 namespace naturel {
 namespace {
@@ -97,10 +98,16 @@ ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backe
 }  // namespace
 
 ExitCode run(const RunOptions& options, Progress& progress) {
+    std::optional<WholeFile> trace;
+    if (options.trace) {
+        trace.emplace(*options.trace);
+        Trace::start();
+    }
     StageClock shared_clock;
     Scene read = read_scene_file(options);
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
+    shared_clock.end_stage("read scene");
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         prepare_view_folders(read, options.false_colour, options.out / backend.name);
@@ -108,7 +115,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     remove_results_of_earlier_run(options.out);
     for (const std::string& note : colour_notes(read))
         print(stderr, "warning: " + note + "\n");
-    shared_clock.end_stage("read scene");
+    shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
     const Primaries primaries(scene.primaries);
@@ -126,7 +133,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         clock.end_stage("visibility");
         const DaylightSolution solution =
             compute_daylight(scene, building, grid, *visibility, options.daylight, sensors, progress);
-        clock.add_stages(solution.stage_seconds);
+        clock.add_stages(solution.stages);
         std::optional<ErrorEstimate> error;
         if (options.error_estimate) {
             const auto companion = [&](const PatchGrid& companion_grid, Companion kind) {
@@ -154,7 +161,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         clock.end_stage("3D files");
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
-        write_file(folder / "timings.json", timings_json(clock.stages(), options.threads));
+        write_file(folder / "timings.json", timings_json(result, clock.stages()));
         // Zones do not depend on the backend. They come after everything that may fail in the first one.
         if (totals.empty() && scene.grid.zones)
             write_file(options.out / "zones.json",
@@ -167,7 +174,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         if (!options.quiet) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())
-                times += fmt::format("; {} {:.2f} s", stage.stage, stage.seconds);
+                times += fmt::format("; {} {:.2f} s", stage.stage, stage.wall_s);
             // Where sensors are does not depend on the backend.
             if (totals.empty()) times = misplaced_sensors(sets) + times;
             print(stderr, times + "\n");
@@ -185,6 +192,10 @@ ExitCode run(const RunOptions& options, Progress& progress) {
             write_file(comparison_file(options.out, totals[k].backend.name, reference.backend.name),
                        comparison_json(scene, options.scene, totals[k].backend, reference.backend, sets));
         }
+    }
+    if (trace) {
+        trace->write(Trace::json());
+        trace->put_in_place();
     }
     return converged ? ExitCode::done : ExitCode::not_converged;
 }

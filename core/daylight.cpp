@@ -1,7 +1,6 @@
 #include "core/daylight.h"
 
 #include <algorithm>
-#include <chrono>
 #include <glm/geometric.hpp>
 #include <optional>
 
@@ -13,31 +12,6 @@ namespace naturel {
 namespace {
 
 using glm::dvec3;
-
-// Names and times the stages as the progress reports them.
-class StageTimes final : public Progress {
-public:
-    explicit StageTimes(Progress& told) : told_(told) {}
-
-    void begin(std::string_view stage, std::size_t total) override {
-        seconds_.emplace_back(stage, 0.0);
-        start_ = std::chrono::steady_clock::now();
-        told_.begin(stage, total);
-    }
-    void advance(std::size_t steps) override { told_.advance(steps); }
-    void end() override {
-        seconds_.back().second = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-        told_.end();
-    }
-    bool interrupted() const override { return told_.interrupted(); }
-
-    std::vector<std::pair<std::string, double>> take() { return std::move(seconds_); }
-
-private:
-    Progress& told_;
-    std::vector<std::pair<std::string, double>> seconds_;
-    std::chrono::steady_clock::time_point start_;
-};
 
 // Mean over a convex polygon of what is linear between its corners and the mean of the corners at its centroid: the weights
 // of the corners. Parallelograms: all equal.
@@ -291,31 +265,37 @@ std::vector<PointIlluminance> light_on_sensors(const Scene& scene, const Buildin
 }
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
-                                  const Visibility& visibility, const DaylightOptions& options, Progress& told) {
-    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), told);
+                                  const Visibility& visibility, const DaylightOptions& options, Progress& progress) {
+    return compute_daylight(scene, building, grid, visibility, options, place_sensors(scene, building), progress);
 }
 
 DaylightSolution compute_daylight(const Scene& scene, const Building& building, const PatchGrid& grid,
                                   const Visibility& visibility, const DaylightOptions& options,
-                                  std::vector<Sensor> sensors, Progress& told) {
-    StageTimes progress(told);
+                                  std::vector<Sensor> sensors, Progress& progress) {
+    StageClock clock;
     DirectSolution direct = compute_direct_light(scene, building, grid, visibility, progress);
+    clock.end_stage("direct light");
     const FormFactors form_factors = compute_form_factors(visibility, grid, options.form_factors, progress);
+    clock.end_stage("form factors");
     RadiositySolution radiosity =
         compute_interreflection(scene, building, grid, form_factors, direct, options.radiosity, progress);
+    clock.end_stage("radiosity");
     const std::vector<LightBySource> indirect_lx =
         indirect_on_nodes(building, grid, visibility, radiosity, options, progress);
 
     DaylightSolution solution{.outdoors = std::move(direct.outdoors)};
     for (std::size_t n = 0; n < grid.nodes.size(); ++n) solution.nodes.push_back({direct.nodes[n], indirect_lx[n]});
+    clock.end_stage("nodes");
     solution.patch_direct_lx = std::move(direct.patch_direct_lx);
     solution.patch_components = std::move(direct.patch_components);
     solution.radiosity = std::move(radiosity);
     solution.form_factor_quality = form_factors.quality;
+    solution.repair = options.form_factors.repair;
     solution.sensors = std::move(sensors);
     solution.sensor_values = light_on_sensors(scene, building, grid, visibility, solution.outdoors, solution.radiosity, options,
                                               solution.sensors, progress);
-    solution.stage_seconds = progress.take();
+    clock.end_stage("sensors");
+    solution.stages = std::move(clock).take();
     return solution;
 }
 

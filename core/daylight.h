@@ -5,6 +5,7 @@
 #include "core/form_factors.h"
 #include "core/radiosity.h"
 #include "core/sensors.h"
+#include "core/stage_clock.h"
 
 namespace naturel {
 
@@ -50,7 +51,8 @@ struct DaylightSolution {
     std::vector<PointIlluminance> sensor_values{};      ///< [sensors]
     RadiositySolution radiosity{};
     FormFactorQuality form_factor_quality{};
-    std::vector<std::pair<std::string, double>> stage_seconds{};  ///< wall clock, in the order of the stages
+    FormFactorRepair repair = FormFactorRepair::reciprocal;  ///< of rows: what collect() at another point needs
+    std::vector<StageTime> stages{};  ///< what each step took
 };
 
 // The steps of the calculation. Form factors (compute_form_factors) depend on geometry alone: one set serves every sky, sun and

@@ -9,6 +9,7 @@
 
 #include "core/errors.h"
 #include "core/progress.h"
+#include "core/trace.h"
 
 namespace naturel {
 
@@ -27,6 +28,7 @@ private:
 template <class Work>
 void parallel_for(std::size_t count, std::size_t grain, const Work& work) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
+        const WorkBlock block;
         for (std::size_t i = range.begin(); i != range.end(); ++i) work(i);
     });
 }
@@ -35,8 +37,10 @@ void parallel_for(std::size_t count, std::size_t grain, const Work& work) {
 template <class Work>
 void parallel_stage(std::string_view stage, std::size_t count, std::size_t grain, Progress& progress,
                     const Work& work) {
+    const TraceSpan span(stage);
     progress.begin(stage, count);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
+        const WorkBlock block;
         for (std::size_t i = range.begin(); i != range.end() && !progress.interrupted(); ++i) work(i);
         progress.advance(range.size());
     });
@@ -51,6 +55,7 @@ T deterministic_sum(std::size_t count, const Term& term) {
     return tbb::parallel_deterministic_reduce(
         tbb::blocked_range<std::size_t>(0, count, 256), T{},
         [&](const auto& range, T sum) {
+            const WorkBlock block;
             for (std::size_t i = range.begin(); i != range.end(); ++i) sum = sum + term(i);
             return sum;
         },

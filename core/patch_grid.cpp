@@ -235,7 +235,8 @@ void PatchGrid::interpolation_weights(PatchId id, const dvec3& point_m, std::spa
             weights[(i + 1) % n] = la / (la + lb);
             return;
         }
-        const double tangent = std::max(0.0, sine) / (la * lb + cosine);
+        // Of half the angle; by the form that does not divide by a difference that rounds to 0 close to an edge.
+        const double tangent = cosine < 0.0 ? (la * lb - cosine) / sine : std::max(0.0, sine) / (la * lb + cosine);
         weights[i] += tangent / la;
         weights[(i + 1) % n] += tangent / lb;
         sum += tangent / la + tangent / lb;

@@ -333,7 +333,7 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
     solution.exitance_lm_m2.resize(count);
     solution.indirect_illuminance_lx.resize(count);
     Field absorbed(count), lost(count), incoming(count);
-    for (std::size_t i = 0; i < count; ++i) {
+    parallel_for(count, 16, [&](std::size_t i) {
         const Channels reflected = enclosure.reflect(illuminance, i);
         solution.exitance_lm_m2[i] = to_light(first_exitance[i] + reflected);
         solution.indirect_illuminance_lx[i] = to_light(illuminance[i]);
@@ -348,7 +348,7 @@ RadiositySolution solve_radiosity(const FormFactors& form_factors, std::span<con
             absorbed[i][c] = (1.0 - kept[c]) * (direct[i][c] + illuminance[i][c]);
             lost[i][c] = (1.0 - row_sum) * (first_exitance[i][c] + reflected[c]);
         }
-    }
+    });
     solution.flux_in_lm = sum_of_sources(area_weighted_sum(area_m2, incoming));
     solution.flux_absorbed_lm = sum_of_sources(area_weighted_sum(area_m2, absorbed));
     solution.flux_lost_lm = sum_of_sources(area_weighted_sum(area_m2, lost));

@@ -178,18 +178,50 @@ struct SensorSet {
 enum class ViewKind {
     perspective,  ///< rays leave one eye
     parallel,     ///< rays leave a rectangle, all in one direction; what lies behind its plane is not seen
+    fisheye,      ///< all around an axis, in a circle
+    panorama,     ///< everything around the eye: azimuth across, altitude upwards, both in equal steps
+};
+
+/// Where a fisheye shows what lies at an angle from its axis: at a radius that grows with ...
+enum class FisheyeProjection {
+    equidistant,  ///< the angle
+    equal_area,   ///< the sine of half the angle: equal areas are equal solid angles
+};
+
+/// Takes away from a view what lies in front of it.
+struct CutPlane {
+    glm::dvec3 point_m{};
+    glm::dvec3 normal{0, 0, 1};  ///< unit length, to the side that is removed
+};
+
+/// What rays of a view pass through.
+enum class SeeThrough {
+    nothing,
+    backs,  ///< surfaces that turn their backs on the viewer
+    walls,  ///< those and all outdoor surfaces: from outside one looks into the rooms
+};
+
+/// Where the light on indoor surfaces in a picture comes from.
+enum class PictureQuality {
+    interpolated,  ///< the nodes of the grid
+    gather,        ///< computed at each pixel, from the patches: right near contacts and in corners, and slow
 };
 
 struct View {
     std::string id{};
     ViewKind kind = ViewKind::perspective;
+    FisheyeProjection projection = FisheyeProjection::equidistant;
     glm::dvec3 from_m{};  ///< the eye, or the middle of the rectangle
     glm::dvec3 to_m{0, 1, 0};
     glm::dvec3 up{0, 0, 1};
-    double field_of_view_rad = 1.2;  ///< horizontal, < pi; perspective only
+    double field_of_view_rad = 1.2;  ///< perspective: horizontal, < pi; fisheye: across the circle, at most pi
     double width_m = 10.0;           ///< of the rectangle; parallel only
     int width = 1280;                ///< pixels
     int height = 960;                ///< pixels
+    std::vector<CutPlane> cut_planes{};
+    SeeThrough see_through = SeeThrough::nothing;
+    int samples = 4;                 ///< along each side of a pixel
+    PictureQuality quality = PictureQuality::interpolated;
     PictureOptions picture{};
 };
 

@@ -61,13 +61,17 @@ inline constexpr SceneObjectKeys direct{"direct", {}, {"method", "tolerance"}};
 inline constexpr SceneObjectKeys sensor{"sensor", {"id"}, {"grid", "points"}};
 inline constexpr SceneObjectKeys sensor_grid{"sensor_grid", {}, {"z", "spacing_m", "margin_m"}};
 inline constexpr SceneObjectKeys view{
-    "view", {"id", "from", "to"}, {"kind", "up", "fov_deg", "width_m", "width", "height", "picture"}};
+    "view",
+    {"id"},
+    {"kind", "from", "to", "up", "fov_deg", "projection", "width_m", "z", "line", "width", "height", "cut_planes", "see_through",
+     "samples", "quality", "picture"}};
+inline constexpr SceneObjectKeys cut_plane{"cut_plane", {"point", "normal"}, {}};
 inline constexpr SceneObjectKeys picture{"picture", {}, {"exposure", "tone_mapping", "white_point"}};
 inline constexpr SceneObjectKeys exposure{"exposure", {}, {"white_cd_m2", "ev100", "percentile"}};
 
 inline constexpr std::array all{scene,      site,    material,    glazing, ground, ground_colour, outdoors,
                                 polyhedron, polygon, aperture,    sky,     sky_table, sun,    grid,   refine,
-                                direct,     sensor,  sensor_grid, view,    spectrum_file, light_colour,
+                                direct,     sensor,  sensor_grid, view,    cut_plane, spectrum_file, light_colour,
                                 custom_primaries, picture, exposure};
 
 }  // namespace scene_keys

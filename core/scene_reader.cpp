@@ -19,6 +19,7 @@
 #include "core/simple_polygon.h"
 #include "core/sky_reader.h"
 #include "core/units.h"
+#include "core/view_reader.h"
 
 namespace naturel {
 namespace {
@@ -310,49 +311,6 @@ SensorSet read_sensors(const JsonValue& value, UniqueIds& ids, double indoor_are
     return set;
 }
 
-View read_view(const JsonValue& value, UniqueIds& ids, const PictureOptions& picture) {
-    constexpr Range pixels{1, 16384, "pixels"};
-    const SceneObject object(value, scene_keys::view);
-    View view;
-    view.id = ids.read(object.at("id"));
-    if (const auto kind = object.find("kind"))
-        view.kind = read_word<ViewKind>(*kind, {{"perspective", ViewKind::perspective}, {"parallel", ViewKind::parallel}});
-    view.from_m = read_position(object.at("from"));
-    view.to_m = read_position(object.at("to"));
-    const double distance_m = glm::length(view.to_m - view.from_m);
-    if (distance_m < shortest_m)
-        object.at("to").refuse("the view looks at its own place (\"to\" must differ from \"from\")");
-    if (const auto up = object.find("up")) view.up = read_direction(*up);
-    const double sine = glm::length(glm::cross(view.to_m - view.from_m, view.up)) / distance_m;
-    if (sine < 1e-6) {  // the camera's axes would be rounding noise
-        object.find("up").value_or(value).refuse(
-            "\"up\" points along the view (it must point aside, e.g. [0, 1, 0] when looking down)");
-    }
-    const auto angle = object.find("fov_deg"), width_m = object.find("width_m");
-    if (view.kind == ViewKind::parallel) {
-        if (angle) angle->refuse("a parallel view has no angle (\"width_m\" says how much it shows)");
-        if (!width_m) object.refuse("the parallel view has no \"width_m\" (how many metres its picture is wide)");
-        view.width_m = read_number(*width_m, {0.001, 1e5, "m"});
-    } else {
-        if (width_m) {
-            width_m->refuse("a perspective view has no width in metres (\"fov_deg\" says how much it shows, or \"kind\" is \"parallel\")");
-        }
-        view.field_of_view_rad = radians_from_degrees(read_number(object, "fov_deg", {1.0, 170.0, "degrees"}, 70.0));
-    }
-    view.width = read_integer(object, "width", pixels, view.width);
-    view.height = read_integer(object, "height", pixels, view.height);
-    view.picture = picture;
-    if (const auto own = object.find("picture")) read_picture(*own, view.picture);
-    // Four facet ids and three bands are 40 bytes per pixel: 2.6 GB while it is drawn.
-    constexpr double most_megapixels = 64.0;
-    const double megapixels = 1e-6 * view.width * view.height;
-    if (megapixels > most_megapixels) {
-        value.refuse(fmt::format("the picture has {} x {} pixels, {:.1f} million (at most {:.0f} million)",
-                                 view.width, view.height, megapixels, most_megapixels));
-    }
-    return view;
-}
-
 void check_version(const JsonValue& value) {
     if (value.kind() != JsonKind::number || value.number() != 1.0) {
         value.refuse(fmt::format("{} is not a known version of the scene format (1 would be right)",
@@ -392,7 +350,7 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     PictureOptions picture;
     if (const auto value = root.find("picture")) read_picture(*value, picture);
     for (const JsonValue& value : read_list(root, "views", "views"))
-        scene.views.push_back(read_view(value, view_ids, picture));
+        scene.views.push_back(read_view(value, view_ids.read(SceneObject(value, scene_keys::view).at("id")), picture, scene));
     return scene;
 }
 

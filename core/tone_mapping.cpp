@@ -42,16 +42,19 @@ double white_luminance_cd_m2(std::vector<double> luminance, const Exposure& expo
 
 ScreenPicture map_to_screen(const Picture& picture, const Primaries& primaries, const PictureOptions& options,
                             const Band3& sky_colour) {
-    std::vector<double> luminance;
+    std::vector<double> luminance, shown;
     luminance.reserve(picture.luminance_cd_m2.size());
     for (const Band3& band : picture.luminance_cd_m2)
         luminance.push_back(primaries.luminous(band));
+    // What a picture does not show, as around a fisheye, has no say in how bright the rest becomes.
+    for (std::size_t k = 0; k < luminance.size(); ++k)
+        if (picture.coverage.empty() || picture.coverage[k] > 0.0f) shown.push_back(luminance[k]);
 
     const bool reinhard = options.tone_mapping == ToneMapping::reinhard;
     const bool by_log_mean = reinhard && options.exposure.mode == ExposureMode::automatic;
     ScreenPicture screen{.width = picture.width, .height = picture.height};
-    screen.white_luminance_cd_m2 = by_log_mean ? log_mean_luminance(luminance) / middle_grey
-                                               : white_luminance_cd_m2(luminance, options.exposure);
+    screen.white_luminance_cd_m2 = by_log_mean ? log_mean_luminance(shown) / middle_grey
+                                               : white_luminance_cd_m2(shown, options.exposure);
     const double brightest = luminance.empty() ? 0.0 : std::ranges::max(luminance) / screen.white_luminance_cd_m2;
 
     const bool adapted = options.white_point == WhitePoint::sky;

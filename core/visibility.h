@@ -9,7 +9,7 @@
 
 #include "core/ids.h"
 #include "core/progress.h"
-#include "core/scene.h"
+#include "core/view.h"
 
 namespace naturel {
 
@@ -94,9 +94,11 @@ public:
     virtual void occluded(const GatherPoint& from, std::span<const glm::dvec3> directions,
                           std::span<std::uint8_t> blocked) const;
 
-    /// What a picture shows: the first opaque facet through the centre of each pixel, apertures being transparent.
-    /// seen: [width x height], rows from the top, in each row from the left. Pixel centres: core/view.h.
-    virtual void view_facets(const View& view, std::span<FacetId> seen) const = 0;
+    /// What rows [row_begin, row_end) of a picture show: along the ray through the centre of each pixel, in what the cut planes
+    /// leave of it, the first opaque facet that the view does not see through; apertures are transparent. FacetId::none where
+    /// there is none and outside the circle of a fisheye.
+    /// seen: [row_end - row_begin x width], from the top, in each row from the left. Pixel centres, rays and cuts: core/view.h.
+    virtual void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const = 0;
 };
 
 }  // namespace naturel

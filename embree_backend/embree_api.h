@@ -54,10 +54,16 @@ inline Device make_device() {
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// Robust: rays do not slip between triangles that share two vertices.
+/// choosy: for trace_accepted(), which takes longer to trace.
 inline Scene make_scene(RTCDevice device, std::span<const glm::vec3> vertices,
-                        std::span<const Triangle> triangles) {
+                        std::span<const Triangle> triangles, bool choosy = false) {
     Scene scene(rtcNewScene(device));
-    rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+#if NATUREL_EMBREE_MAJOR >= 4
+    constexpr RTCSceneFlags filters = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+#else
+    constexpr RTCSceneFlags filters = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+#endif
+    rtcSetSceneFlags(scene.get(), choosy ? static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | filters) : RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
     if (!triangles.empty()) {
         const Geometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
@@ -119,9 +125,8 @@ struct alignas(64) Packet {
     }
 };
 
-/// Traces the first `count` rays of a packet from their origins to infinity.
-inline void trace(RTCScene scene, Packet& packet, unsigned count = packet_size) {
-    packet.start(count);
+/// Traces the rays of a packet that has been started.
+inline void trace_started(RTCScene scene, Packet& packet) {
 #if NATUREL_EMBREE_MAJOR >= 4
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
@@ -135,7 +140,51 @@ inline void trace(RTCScene scene, Packet& packet, unsigned count = packet_size) 
 #endif
 }
 
-/// The same where only Packet::blocked() is asked.
+/// Traces the first `count` rays of a packet from their origins to infinity.
+inline void trace(RTCScene scene, Packet& packet, unsigned count = packet_size) {
+    packet.start(count);
+    trace_started(scene, packet);
+}
+
+/// trace_started() that passes through what accept(triangle, direction) refuses. scene: choosy.
+template <class Accept>
+void trace_accepted(RTCScene scene, Packet& packet, const Accept& accept) {
+#if NATUREL_EMBREE_MAJOR >= 4
+    using Base = RTCRayQueryContext;
+#else
+    using Base = RTCIntersectContext;
+#endif
+    struct Context {
+        Base base;
+        const Accept* accept;
+    };
+    const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* arguments) {
+        const Accept& accepts = *reinterpret_cast<const Context*>(arguments->context)->accept;
+        for (unsigned k = 0; k < arguments->N; ++k) {
+            const glm::dvec3 direction(RTCRayN_dir_x(arguments->ray, arguments->N, k), RTCRayN_dir_y(arguments->ray, arguments->N, k),
+                                       RTCRayN_dir_z(arguments->ray, arguments->N, k));
+            if (arguments->valid[k] != 0 && !accepts(RTCHitN_primID(arguments->hit, arguments->N, k), direction))
+                arguments->valid[k] = 0;
+        }
+    };
+    Context context{.base = {}, .accept = &accept};
+#if NATUREL_EMBREE_MAJOR >= 4
+    rtcInitRayQueryContext(&context.base);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = static_cast<RTCRayQueryFlags>(RTC_RAY_QUERY_FLAG_COHERENT | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+    arguments.context = &context.base;
+    arguments.filter = filter;
+    rtcIntersect8(packet.valid.data(), scene, &packet.rays, &arguments);
+#else
+    rtcInitIntersectContext(&context.base);
+    context.base.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    context.base.filter = filter;
+    rtcIntersect8(packet.valid.data(), scene, &context.base, &packet.rays);
+#endif
+}
+
+/// trace() where only Packet::blocked() is asked.
 inline void trace_occlusion(RTCScene scene, Packet& packet, unsigned count = packet_size) {
     packet.start(count);
 #if NATUREL_EMBREE_MAJOR >= 4

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -12,6 +13,7 @@
 #include "core/errors.h"
 #include "core/parallel.h"
 #include "core/view.h"
+#include "embree_backend/cell_patches.h"
 #include "embree_backend/embree_api.h"
 #include "embree_backend/hit_counts.h"
 #include "embree_backend/hit_lookup.h"
@@ -40,13 +42,6 @@ struct TracedFacet {
 /// Clipper, a tenth of anything that is built.
 constexpr double same_place_m = 1e-6;
 
-/// Cells with no patch or several: hits there are looked up one by one.
-constexpr std::uint32_t many_patches = 0xffff'ffffu;
-
-/// The cells of a face's grid, where some are cut, are divided for looking patches up, but into no more than this: 32
-/// kilobytes, which caches bear.
-constexpr int most_divided_cells = 1 << 13;
-
 /// Rays of one stratification; rows with more are made of several.
 constexpr int most_rays_per_table = 1 << 17;
 
@@ -71,6 +66,7 @@ class EmbreeVisibility final : public Visibility {
 public:
     EmbreeVisibility(const Building& building, const PatchGrid& grid, const EmbreeOptions& options)
         : grid_(grid),
+          cells_(grid, building.faces.size()),
           seed_(options.seed),
           target_error_(options.target_error),
           patch_rays_(rounded_rays(options.rays_per_patch)),
@@ -212,32 +208,22 @@ public:
         });
     }
 
-    void view_facets(const View& view, std::span<FacetId> seen) const override {
-        const Camera camera = make_camera(view);
-        NATUREL_EXPECT(seen.size() ==
-                       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-        parallel_for(static_cast<std::size_t>(camera.height + 1) / 2, 1, [&](std::size_t tile_row) {
-            Packet packet;
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        const auto width = static_cast<std::size_t>(camera.width);
+        NATUREL_EXPECT(seen.size() == static_cast<std::size_t>(row_end - row_begin) * width);
+        Packet packet;
+        for (int top = row_begin; top < row_end; top += 2) {
             for (int left = 0; left < camera.width; left += 4) {
                 // Pixels past the right and lower margins repeat the last column and row.
-                const auto column = [&](unsigned k) {
-                    return std::min(left + static_cast<int>(k % 4), camera.width - 1);
-                };
-                const auto row = [&](unsigned k) {
-                    return std::min(2 * static_cast<int>(tile_row) + static_cast<int>(k / 4),
-                                    camera.height - 1);
-                };
-                for (unsigned k = 0; k < packet_size; ++k) {
-                    const Camera::Ray ray = camera.ray(column(k) + 0.5, row(k) + 0.5);
-                    packet.set_origin(k, glm::vec3(ray.origin_m - centre_m_));
-                    packet.set_direction(k, glm::vec3(ray.direction));
-                }
-                embree_api::trace(opaque_.get(), packet);
+                const auto column = [&](unsigned k) { return std::min(left + static_cast<int>(k % 4), camera.width - 1); };
+                const auto row = [&](unsigned k) { return std::min(top + static_cast<int>(k / 4), row_end - 1); };
+                start_view_packet(camera, row, column, packet);
+                trace_view_packet(camera.see_through, packet);
                 for (unsigned k = 0; k < packet_size; ++k)
-                    seen[static_cast<std::size_t>(row(k)) * static_cast<std::size_t>(camera.width) +
-                         static_cast<std::size_t>(column(k))] = seen_by(packet, k);
+                    seen[static_cast<std::size_t>(row(k) - row_begin) * width + static_cast<std::size_t>(column(k))] =
+                        seen_in_view(camera.see_through, packet, k);
             }
-        });
+        }
     }
 
 private:
@@ -252,7 +238,7 @@ private:
         HitCounts hits;
         std::vector<SecondTry> second_tries;
         std::int64_t lost = 0;
-        Packet packet;
+        std::array<Packet, 2> packets;
     };
 
     using TablesBySize = std::vector<std::unique_ptr<RayTables>>;  ///< each of twice the rays of the one before
@@ -365,9 +351,8 @@ private:
         const TracedFacet& facet = facets_[f];
         const PatchGrid::FaceGrid& grid = grid_.face_grid(facet.face);
         HitMap map;
-        map.facet = f;
         if (!facet.receives || grid.nu == 0 || grid.nv == 0) return map;  // without a normal: never clear
-        const FaceCells& cells = face_cells_[index(facet.face)];
+        const CellPatches::FaceCells& cells = cells_.of_face(facet.face);
         const auto column = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.du); };
         const auto row = [&](const glm::dvec3& p) { return cells.division * glm::dot(p + centre_m_ - grid.origin_m, grid.dv); };
         map.column = static_cast<float>(column(a));
@@ -376,14 +361,12 @@ private:
         map.row = static_cast<float>(row(a));
         map.row_u = static_cast<float>(row(b) - row(a));
         map.row_v = static_cast<float>(row(c) - row(a));
-        map.last_column = static_cast<float>(grid.nu * cells.division - 1);
-        map.last_row = static_cast<float>(grid.nv * cells.division - 1);
         map.normal_x = static_cast<float>(facet.normal.x);
         map.normal_y = static_cast<float>(facet.normal.y);
         map.normal_z = static_cast<float>(facet.normal.z);
         map.edge = edge_share(a, b, c);
         map.first_cell = cells.first;
-        map.columns = grid.nu * cells.division;
+        map.columns = cells.columns;
         return map;
     }
 
@@ -397,51 +380,7 @@ private:
     /// A ray at a point of an edge passes it within this: starts are lifted, which moves the ray aside by as much, and rounded.
     double tie_m() const { return 2.0 * lift_m_; }
 
-    /// Which patch lies under each cell of each face, the cells of faces with cuts divided.
-    void find_patches_of_cells(std::size_t face_count) {
-        for (std::size_t f = 0; f < face_count; ++f) {
-            const PatchGrid::FaceGrid& grid = grid_.face_grid(make_id<FaceId>(f));
-            const auto cells = static_cast<std::size_t>(grid.nu) * static_cast<std::size_t>(grid.nv);
-            bool cut = false;
-            for (std::size_t c = 0; c < cells; ++c) cut |= grid_.patches_in_cell(grid.first_cell + c).size() > 1;
-            int division = cut ? 4 : 1;
-            while (division > 1 && cells * static_cast<std::size_t>(division * division) > most_divided_cells) division /= 2;
-            face_cells_.push_back({static_cast<std::uint32_t>(patch_of_cell_.size()), division});
-            for (int row = 0; row < grid.nv * division; ++row)
-                for (int column = 0; column < grid.nu * division; ++column)
-                    patch_of_cell_.push_back(patch_under(grid, division, column, row));
-        }
-        patch_of_cell_.push_back(many_patches);  // the unclear cell
-    }
-
-    /// The patch that all of a cell of the divided grid lies on.
-    std::uint32_t patch_under(const PatchGrid::FaceGrid& grid, int division, int column, int row) const {
-        const auto whole = static_cast<std::size_t>(row / division) * static_cast<std::size_t>(grid.nu) +
-                           static_cast<std::size_t>(column / division);
-        const std::span<const PatchId> patches = grid_.patches_in_cell(grid.first_cell + whole);
-        if (patches.size() == 1) return static_cast<std::uint32_t>(patches[0]);
-        // du and dv count cells along the sides, which may be oblique to each other.
-        const double uu = glm::dot(grid.du, grid.du), vv = glm::dot(grid.dv, grid.dv), uv = glm::dot(grid.du, grid.dv);
-        const double scale = 1.0 / ((uu * vv - uv * uv) * division);
-        const glm::dvec3 along = scale * (vv * grid.du - uv * grid.dv), across = scale * (uu * grid.dv - uv * grid.du);
-        for (const PatchId patch : patches) {
-            const std::span<const glm::dvec3> corners = grid_.polygon_of(patch);
-            const auto holds = [&](const glm::dvec3& point) {
-                for (std::size_t k = 0; k < corners.size(); ++k) {
-                    const glm::dvec3 edge = corners[(k + 1) % corners.size()] - corners[k];
-                    if (glm::dot(glm::cross(grid_.patches[index(patch)].normal, edge), point - corners[k]) < -1e-9) return false;
-                }
-                return true;
-            };
-            const glm::dvec3 corner = grid.origin_m + static_cast<double>(column) * along + static_cast<double>(row) * across;
-            if (holds(corner) && holds(corner + along) && holds(corner + across) && holds(corner + along + across))
-                return static_cast<std::uint32_t>(patch);
-        }
-        return many_patches;
-    }
-
     void build_scenes(const Building& building) {
-        find_patches_of_cells(building.faces.size());
         std::vector<glm::vec3> vertices;
         for (const glm::dvec3& v : vertices_m_)
             vertices.emplace_back(v);
@@ -464,9 +403,11 @@ private:
             NATUREL_EXPECT(building.facets[f].is_aperture || f == 0 || !building.facets[f - 1].is_aperture);
             if (!building.facets[f].is_aperture) opaque_triangles = triangles.size();
         }
+        hit_maps_.emplace_back();  // for rays that meet nothing where there is nothing
         surfaces_ = embree_api::make_scene(device_.get(), vertices, triangles);
         opaque_ =
             embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles));
+        choosy_ = embree_api::make_scene(device_.get(), vertices, std::span(triangles).first(opaque_triangles), true);
     }
 
     /// Where a ray meets the plane of a facet. In double from the plane, which Embree's float distance is too
@@ -557,6 +498,49 @@ private:
         }
     }
 
+    /// Sets the rays through eight pixels, as far as the cuts leave them.
+    template <class Row, class Column>
+    void start_view_packet(const Camera& camera, const Row& row, const Column& column, Packet& packet) const {
+        packet.start(packet_size);
+        if (camera.kind == ViewKind::perspective && camera.cut_planes.empty()) {
+            // The same directions, but for their length, which rays need not have.
+            const glm::dvec3 to_right = 2 * camera.half_width / camera.width * camera.right;
+            const glm::dvec3 down = -2 * camera.half_height / camera.height * camera.up;
+            const glm::dvec3 corner = camera.forward - 0.5 * camera.width * to_right - 0.5 * camera.height * down;
+            const glm::vec3 eye(camera.eye_m - centre_m_);
+            for (unsigned k = 0; k < packet_size; ++k) {
+                packet.set_origin(k, eye);
+                packet.set_direction(k, glm::vec3(corner + (column(k) + 0.5) * to_right + (row(k) + 0.5) * down));
+            }
+            return;
+        }
+        for (unsigned k = 0; k < packet_size; ++k) {
+            const double x = column(k) + 0.5, y = row(k) + 0.5;
+            const Camera::Ray ray = camera.ray(x, y);
+            const Camera::Reach reach = camera.reach(ray);
+            if (reach.empty() || !camera.shows(x, y)) packet.valid[k] = 0;
+            const double begin_m = packet.valid[k] == 0 ? 0.0 : reach.begin_m;
+            packet.set_origin(k, glm::vec3(ray.origin_m - centre_m_ + begin_m * ray.direction));
+            packet.set_direction(k, glm::vec3(ray.direction));
+            packet.rays.ray.tfar[k] = static_cast<float>(reach.end_m - begin_m);
+        }
+    }
+
+    void trace_view_packet(SeeThrough see_through, Packet& packet) const {
+        if (see_through == SeeThrough::nothing) return embree_api::trace_started(opaque_.get(), packet);
+        embree_api::trace_accepted(choosy_.get(), packet, [&](std::uint32_t triangle, const glm::dvec3& direction) {
+            const TracedFacet& facet = facets_[facet_of_triangle_[triangle]];
+            return glm::dot(facet.normal, direction) < 0.0 && (see_through == SeeThrough::backs || facet.receives);
+        });
+    }
+
+    /// What a ray passes through does not count at edges either: what it has met is the answer there.
+    FacetId seen_in_view(SeeThrough see_through, const Packet& packet, unsigned k) const {
+        if (see_through == SeeThrough::nothing) return seen_by(packet, k);
+        const std::uint32_t triangle = packet.triangle(k);
+        return triangle == embree_api::no_hit ? FacetId::none : make_id<FacetId>(facet_of_triangle_[triangle]);
+    }
+
     RowScratch& begin_row() const {
         RowScratch& scratch = scratch_.local();
         scratch.hits.reserve(grid_.gather_patch_count);
@@ -571,27 +555,31 @@ private:
     void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlacePacket& place_packet,
                const SecondStart& second_start, RowScratch& scratch) const {
         const HemisphereFrame frame(normal, symmetry);
-        Packet& packet = scratch.packet;
         scratch.second_tries.clear();
         scratch.hits.expect(table.rays());
-        const std::uint32_t* const patch_of_cell = patch_of_cell_.data();
-        const auto unclear = static_cast<std::uint32_t>(patch_of_cell_.size() - 1);
+        const std::uint32_t* const counters = cells_.counters();
+        const std::uint32_t unclear = cells_.unclear_cell();
         const auto end = static_cast<std::size_t>(table.rays());
-        for (std::size_t first = 0; first < end; first += packet_size) {
-            place_packet(frame, first, packet);
-            embree_api::trace(surfaces_.get(), packet);
-            std::uint32_t met[packet_size];
-            find_cells(hit_maps_.data(), packet, unclear, met);
-            bool all_clear = true;
-            for (unsigned k = 0; k < packet_size; ++k) {
-                met[k] = patch_of_cell[met[k]];
-                all_clear &= met[k] != many_patches;
-            }
-            if (all_clear)
-                scratch.hits.add_packet(met);
+        alignas(32) std::uint32_t met[2][packet_size];
+        const auto count_hits = [&](std::size_t which) {
+            std::uint32_t all = 0;
+            for (unsigned k = 0; k < packet_size; ++k) all |= met[which][k] = counters[met[which][k]];
+            if (all < CellPatches::cut)
+                scratch.hits.add_packet(met[which]);
             else
-                add_one_by_one(packet, met, scratch);
+                add_one_by_one(scratch.packets[which], met[which], scratch);
+        };
+        // The hits of a packet are counted when the next one is traced: nothing waits for its cells.
+        std::size_t which = 0;
+        for (std::size_t first = 0; first < end; first += packet_size, which ^= 1) {
+            if (first >= 2 * packet_size) count_hits(which);
+            place_packet(frame, first, scratch.packets[which]);
+            embree_api::trace(surfaces_.get(), scratch.packets[which]);
+            find_cells(hit_maps_.data(), scratch.packets[which], unclear, met[which]);
         }
+        count_hits(which);
+        count_hits(which ^ 1);
+        Packet& packet = scratch.packets[0];
         for (std::size_t first = 0; first < scratch.second_tries.size(); first += packet_size) {
             const unsigned count = static_cast<unsigned>(
                 std::min<std::size_t>(packet_size, scratch.second_tries.size() - first));
@@ -603,22 +591,31 @@ private:
             embree_api::trace(surfaces_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k) {
                 if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                    scratch.hits.add(static_cast<std::uint32_t>(patch), scratch.second_tries[first + k].sub_sample);
+                    scratch.hits.add(HitCounts::counter_of(patch), scratch.second_tries[first + k].sub_sample);
                 else
                     ++scratch.lost;
             }
         }
     }
 
-    void add_one_by_one(const Packet& packet, const std::uint32_t* patches, RowScratch& scratch) const {
+    void add_one_by_one(const Packet& packet, const std::uint32_t* entries, RowScratch& scratch) const {
         for (unsigned k = 0; k < packet_size; ++k) {
-            if (patches[k] != many_patches)
-                scratch.hits.add(patches[k], k);
+            if (entries[k] < CellPatches::cut)
+                scratch.hits.add(entries[k], k);
+            else if (const PatchId beside = patch_beside(packet, k, entries[k]); beside != PatchId::none)
+                scratch.hits.add(HitCounts::counter_of(beside), k);
             else if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                scratch.hits.add(static_cast<std::uint32_t>(patch), k);
+                scratch.hits.add(HitCounts::counter_of(patch), k);
             else
                 scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], k});
         }
+    }
+
+    PatchId patch_beside(const Packet& packet, unsigned k, std::uint32_t entry) const {
+        if (packet.triangle(k) == embree_api::no_hit) return PatchId::none;
+        const HitMap& map = hit_maps_[packet.triangle(k)];
+        const float u = packet.rays.hit.u[k], v = packet.rays.hit.v[k];
+        return cells_.patch_beside(entry, map.column + u * map.column_u + v * map.column_v, map.row + u * map.row_u + v * map.row_v);
     }
 
     /// Solids leave no way out of a room: the few rays that are lost there slipped through by rounding, and what the others
@@ -633,6 +630,7 @@ private:
     }
 
     PatchGrid grid_;
+    CellPatches cells_;
     std::uint64_t seed_;
     double target_error_;
     int patch_rays_, most_patch_rays_, point_rays_;
@@ -646,15 +644,10 @@ private:
     std::vector<std::uint32_t> facet_of_triangle_;
     std::vector<float> edges_;  ///< of triangles, see edge_share()
     std::vector<HitMap> hit_maps_;
-    struct FaceCells {
-        std::uint32_t first;  ///< into patch_of_cell_
-        int division;         ///< of each cell of the face's grid, along either side
-    };
-    std::vector<FaceCells> face_cells_;         ///< [face]
-    std::vector<std::uint32_t> patch_of_cell_;  ///< by rows, one face after the other
     embree_api::Device device_;
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`
+    embree_api::Scene choosy_;    ///< the same for views that see through something
     std::unique_ptr<const PairwiseExchange> pairwise_;  ///< null: hemispheres of rays
     double pair_tolerance_ = 0.0;
     mutable ThreadScratch<RowScratch> scratch_;

@@ -17,8 +17,14 @@ public:
     void reserve(std::size_t patch_count) {
         const std::size_t blocks = (patch_count + patches_per_block - 1) / patches_per_block;
         if (block_seen_.size() >= blocks) return;
-        hits_.resize(blocks * patches_per_block * embree_sampling::sub_samples);
+        hits_.resize(blocks * counters_per_block);
         block_seen_.resize(blocks);
+    }
+
+    /// The first of the counters of a patch: those of a sub-sample and eight neighbouring patches lie side by side.
+    static constexpr std::uint32_t counter_of(PatchId patch) {
+        const auto p = static_cast<std::uint32_t>(patch);
+        return p / group * (group * embree_sampling::sub_samples) + p % group;
     }
 
     /// Call before so many rays are added, one after another or by add_packet().
@@ -28,18 +34,20 @@ public:
         counted_ += rays;
     }
 
-    void add(std::uint32_t patch, std::uint32_t sub_sample) {
-        ++hits_[std::size_t{patch} * embree_sampling::sub_samples + sub_sample];
-        block_seen_[patch / patches_per_block] = 1;
+    /// A hit of a sub-sample on the patch that has a counter.
+    void add(std::uint32_t counter, std::uint32_t sub_sample) {
+        ++hits_[counter + sub_sample * group];
+        block_seen_[counter / counters_per_block] = 1;
     }
 
-    /// One patch for each sub-sample. patches: [8].
-    void add_packet(const std::uint32_t* patches) {
+    /// One patch for each sub-sample. counters: [8].
+    void add_packet(const std::uint32_t* counters) {
         std::uint16_t* const hits = hits_.data();
         std::uint8_t* const seen = block_seen_.data();
+#pragma GCC unroll 8
         for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) {
-            ++hits[std::size_t{patches[k]} * embree_sampling::sub_samples + k];
-            seen[patches[k] / patches_per_block] = 1;
+            ++hits[counters[k] + k * group];
+            seen[counters[k] / counters_per_block] = 1;
         }
     }
 
@@ -50,18 +58,21 @@ public:
     void move_to(FormFactorRow& row, std::int64_t rays);
 
 private:
-    static constexpr std::size_t patches_per_block = 32;
+    static constexpr std::uint32_t group = 8;  ///< patches whose counters are mixed
+    static constexpr std::uint32_t patches_per_block = 32;
+    static constexpr std::uint32_t counters_per_block = patches_per_block * embree_sampling::sub_samples;
 
     void make_room();
     void list_touched();
     void estimate_variances();
 
-    std::vector<std::uint16_t> hits_;       ///< [patch x sub_samples]
+    std::vector<std::uint16_t> hits_;       ///< [group of patches][sub_sample][patch of the group]
     std::int64_t counted_ = 0;              ///< rays in hits_, at most
-    std::vector<std::uint32_t> moved_;      ///< [patch x sub_samples] hits that had to make room; empty while there are none
+    std::vector<std::uint32_t> moved_;      ///< likewise, hits that had to make room; empty while there are none
     std::vector<std::uint8_t> block_seen_;  ///< whether any of so many neighbouring patches was met
-    std::vector<std::uint32_t> touched_;    ///< patches met, increasing
-    std::vector<float> total_, variance_;   ///< [touched]
+    std::size_t touched_count_ = 0;
+    std::vector<std::uint32_t> touched_;    ///< [touched_count_ and some room] patches met, increasing
+    std::vector<float> total_, variance_;   ///< likewise
 };
 
 }  // namespace naturel

@@ -19,15 +19,13 @@
 #include "hemicube_backend/item_buffer.h"
 #include "hemicube_backend/patch_lookup.h"
 #include "hemicube_backend/projection_cells.h"
+#include "hemicube_backend/round_view.h"
 
 namespace naturel {
 namespace {
 
 /// Plane 0 lies before the point (the top of the cube, or the single plane), 1 to 4 around it.
 constexpr std::size_t plane_count = 5;
-
-/// Rows of a picture that one task draws.
-constexpr std::size_t picture_band_rows = 32;
 
 std::string_view surface_name(ProjectionSurface surface) {
     switch (surface) {
@@ -236,23 +234,21 @@ public:
         }
     }
 
-    void view_facets(const View& view, std::span<FacetId> seen) const override {
-        const Camera camera = make_camera(view);
-        NATUREL_EXPECT(seen.size() ==
-                       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        const auto columns = static_cast<std::size_t>(camera.width);
+        NATUREL_EXPECT(seen.size() == static_cast<std::size_t>(row_end - row_begin) * columns);
+        if (camera.kind == ViewKind::fisheye || camera.kind == ViewKind::panorama)
+            return scratch_.local().round_view.draw(facets_, camera, row_begin, row_end, seen);
         const ProjectionCells cells = picture_cells(camera);
-        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}, camera.kind == ViewKind::parallel};
-        const auto rows = static_cast<std::size_t>(camera.height), columns = static_cast<std::size_t>(camera.width);
-        parallel_for((rows + picture_band_rows - 1) / picture_band_rows, 1, [&](std::size_t band) {
-            ItemBuffer& buffer = scratch_.local().buffer;
-            const std::size_t end = std::min((band + 1) * picture_band_rows, rows);
-            buffer.draw(facets_, projection, cells, FacetKind::opaque, static_cast<int>(band * picture_band_rows),
-                        static_cast<int>(end));
-            for (std::size_t row = band * picture_band_rows; row < end; ++row) {
-                std::transform(buffer.codes(static_cast<int>(row)), buffer.codes(static_cast<int>(row)) + columns,
-                               seen.begin() + static_cast<std::ptrdiff_t>(row * columns), ItemBuffer::facet_of);
-            }
-        });
+        const Projection projection{camera.eye_m, {camera.right, -camera.up, camera.forward}, camera.kind == ViewKind::parallel,
+                                    camera.cut_planes, camera.see_through};
+        ItemBuffer& buffer = scratch_.local().buffer;
+        buffer.draw(facets_, projection, cells, FacetKind::opaque, row_begin, row_end);
+        for (int row = row_begin; row < row_end; ++row) {
+            std::transform(buffer.codes(row), buffer.codes(row) + columns,
+                           seen.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(row - row_begin) * columns),
+                           ItemBuffer::facet_of);
+        }
     }
 
 private:
@@ -276,6 +272,7 @@ private:
         PatchSums sums;
         PatchLookup::Scratch lookup;
         SeenAround seen;
+        RoundView round_view;
     };
 
     Station station_of(const GatherPoint& point) const {

@@ -211,6 +211,28 @@ bool ItemBuffer::box_is_hidden(const FacetSet::Node& node) {
                      projection_.parallel ? -nearest_m : 1 / nearest_m);
 }
 
+void ItemBuffer::cut_corners() {
+    const auto& [right, up, forward] = projection_.axes;
+    /// inward: along the axes; what has dot(inward, p) + offset >= 0 stays.
+    const auto cut = [&](const glm::dvec3& inward, double offset) {
+        const auto height = [&](const glm::dvec3& p) { return glm::dot(inward, p) + offset; };
+        if (std::ranges::all_of(corners_, [&](const glm::dvec3& p) { return height(p) >= 0; })) return;
+        clipped_.clear();
+        for (std::size_t k = 0; k < corners_.size(); ++k) {
+            const glm::dvec3 &a = corners_[k], &b = corners_[k + 1 < corners_.size() ? k + 1 : 0];
+            const double above_a = height(a), above_b = height(b);
+            if (above_a >= 0) clipped_.push_back(a);
+            if ((above_a >= 0) != (above_b >= 0)) clipped_.push_back(a + above_a / (above_a - above_b) * (b - a));
+        }
+        corners_.swap(clipped_);
+    };
+    if (projection_.parallel) cut({0, 0, 1}, 0);  // only what lies before the plane of the view is seen
+    for (const CutPlane& plane : projection_.cut_planes) {
+        cut({-glm::dot(plane.normal, right), -glm::dot(plane.normal, up), -glm::dot(plane.normal, forward)},
+            -height_over(plane, projection_.eye_m));
+    }
+}
+
 void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet, bool from_air) {
     const FacetSet::Item& item = facets[facet];
     const auto& [right, up, forward] = projection_.axes;
@@ -234,27 +256,21 @@ void ItemBuffer::draw_facet(const FacetSet& facets, FacetId facet, bool from_air
         entry.w_y = glm::dot(entry.inverse_depth, up);
     }
     if (from_behind && (item.faces_a_twin || (from_air && item.closes_solid))) return;
+    if (projection_.see_through != SeeThrough::nothing &&
+        (from_behind || (projection_.see_through == SeeThrough::walls && !item.exchanges_light)))
+        return;
 
     corners_.clear();
-    double nearest_m = infinity;
     for (const glm::dvec3& vertex_m : facets.vertices_of(item)) {
         const glm::dvec3 p = vertex_m - eye_m;
         corners_.emplace_back(glm::dot(p, right), glm::dot(p, up), glm::dot(p, forward));
-        nearest_m = std::min(nearest_m, corners_.back().z);
     }
-    if (projection_.parallel) {
-        if (nearest_m < 0) {  // only what lies before the plane of the view is seen
-            clipped_.clear();
-            for (std::size_t k = 0; k < corners_.size(); ++k) {
-                const glm::dvec3 &a = corners_[k], &b = corners_[k + 1 < corners_.size() ? k + 1 : 0];
-                if (a.z >= 0) clipped_.push_back(a);
-                if ((a.z >= 0) != (b.z >= 0)) clipped_.push_back(a + a.z / (a.z - b.z) * (b - a));
-            }
-            corners_.swap(clipped_);
-            if (corners_.size() < 3) return;
-            nearest_m = 0;
-        }
-        for (glm::dvec3& corner : corners_) corner.z = 1;
+    cut_corners();
+    if (corners_.size() < 3) return;
+    double nearest_m = infinity;
+    for (glm::dvec3& corner : corners_) {
+        nearest_m = std::min(nearest_m, corner.z);
+        if (projection_.parallel) corner.z = 1;
     }
 
     const auto [x_begin, x_end] = cells_->x_extent();

@@ -20,6 +20,8 @@ struct Projection {
     /// false: rays leave the eye, the point (x, y) lies in the direction x right + y up + forward.
     /// true: rays leave eye + x right + y up along `forward`; x and y in metres.
     bool parallel = false;
+    std::span<const CutPlane> cut_planes{};  ///< only what they leave is drawn; alive as long as the buffer draws
+    SeeThrough see_through = SeeThrough::nothing;
 };
 
 /// What each cell of a plane of a projection shows: the facet that is nearest along the ray through the cell's
@@ -64,6 +66,8 @@ private:
         double begin, end;
     };
     void draw_facet(const FacetSet& facets, FacetId facet, bool from_air);
+    /// Cuts corners_, along the axes, by the planes of the view.
+    void cut_corners();
     /// True if nothing in the rectangle can come before what is drawn. nearest: depth of what may be there.
     bool is_hidden(const Extent& x, const Extent& y, double nearest);
     bool box_is_hidden(const FacetSet::Node& node);

@@ -414,8 +414,8 @@ TEST_CASE("a picture shows what is first seen through its pixels", "[visibility]
                     .width = 41,  // not a multiple of a tile
                     .height = 30};
     std::vector<FacetId> picture(41 * 30);
-    place.visibility->view_facets(view, picture);
     const Camera camera = make_camera(view);
+    place.visibility->view_facets(camera, 0, 30, picture);
     std::vector<dvec3> directions;
     for (int row = 0; row < 30; ++row)
         for (int column = 0; column < 41; ++column)
@@ -440,7 +440,25 @@ TEST_CASE("pictures of any method differ in pixels on edges only", "[visibility]
         {.id = "plan", .kind = ViewKind::parallel, .from_m = {2.5, 2, 2.3}, .to_m = {2.5, 2, 0}, .up = {0, 1, 0}, .width_m = 6.1},
         {.id = "axonometry", .kind = ViewKind::parallel, .from_m = {3, 3, 2.2}, .to_m = {1, 0.5, 0.6}, .width_m = 5.3},
         {.id = "outside", .kind = ViewKind::parallel, .from_m = {9, -8, 7}, .to_m = {2, 2, 1}, .width_m = 9},
-        {.id = "perspective", .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7}, .field_of_view_rad = 1.4}};
+        {.id = "perspective", .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7}, .field_of_view_rad = 1.4},
+        {.id = "fisheye", .kind = ViewKind::fisheye, .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7}, .field_of_view_rad = pi},
+        {.id = "equal area", .kind = ViewKind::fisheye, .projection = FisheyeProjection::equal_area, .from_m = {2.6, 2.7, 1.9},
+         .to_m = {1, 0.4, 0.7}, .field_of_view_rad = pi},
+        {.id = "panorama", .kind = ViewKind::panorama, .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7}},
+        // Cut open: from above the roof, by two planes at a slant from outside, all around from inside.
+        {.id = "cut plan", .kind = ViewKind::parallel, .from_m = {2.5, 2, 9}, .to_m = {2.5, 2, 0}, .up = {0, 1, 0}, .width_m = 6.1,
+         .cut_planes = {{{0, 0, 1.2}, {0, 0, 1}}}, .see_through = SeeThrough::backs},
+        {.id = "cut perspective", .from_m = {9, -8, 7}, .to_m = {2, 2, 1}, .field_of_view_rad = 0.7,
+         .cut_planes = {{{2.5, 0, 0}, glm::normalize(dvec3(2, -1, 0))}, {{0, 0, 2.1}, glm::normalize(dvec3(0.1, -0.2, 1))}}},
+        {.id = "cut fisheye", .kind = ViewKind::fisheye, .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7}, .field_of_view_rad = pi,
+         .cut_planes = {{{1.5, 1.5, 1}, glm::normalize(dvec3(1, 1, 0.5))}, {{0, 0, 0.1}, {0, 0, -1}}}},
+        {.id = "cut panorama", .kind = ViewKind::panorama, .from_m = {2.6, 2.7, 1.9}, .to_m = {1, 0.4, 0.7},
+         .cut_planes = {{{1, 0, 0}, {-1, 0, 0}}}, .see_through = SeeThrough::backs},
+        {.id = "through backs", .from_m = {3, 3, -1}, .to_m = {2, 2, 1}, .field_of_view_rad = 1.4, .see_through = SeeThrough::backs},
+        {.id = "through walls", .kind = ViewKind::parallel, .from_m = {9, -8, 7}, .to_m = {2, 2, 1}, .width_m = 9,
+         .see_through = SeeThrough::walls},
+        {.id = "fisheye through walls", .kind = ViewKind::fisheye, .from_m = {9, -8, 7}, .to_m = {2, 2, 1}, .field_of_view_rad = 1.0,
+         .see_through = SeeThrough::walls}};
     for (View view : views) {
         view.width = 150;
         view.height = 101;
@@ -450,12 +468,17 @@ TEST_CASE("pictures of any method differ in pixels on edges only", "[visibility]
         for (const Backend& backend : all_backends()) {
             const Place place(scene, 1.0, backend);
             pictures.emplace_back(150 * 101);
-            place.visibility->view_facets(view, pictures.back());
+            // In two parts: what a picture shows does not depend on how much is drawn at a time.
+            const std::span<FacetId> seen(pictures.back());
+            place.visibility->view_facets(camera, 0, 37, seen.first(37 * 150));
+            place.visibility->view_facets(camera, 37, 101, seen.subspan(37 * 150));
             if (!hits.empty()) continue;
             for (int row = 0; row < view.height; ++row) {
                 for (int column = 0; column < view.width; ++column) {
                     const Camera::Ray ray = camera.ray(column + 0.5, row + 0.5);
-                    hits.push_back(cast_ray(place.building, ray.origin_m, ray.direction));
+                    hits.push_back(camera.shows(column + 0.5, row + 0.5)
+                                       ? cast_ray(place.building, ray.origin_m, ray.direction, false, camera.reach(ray), view.see_through)
+                                       : RayHit{});
                 }
             }
         }
@@ -471,7 +494,9 @@ TEST_CASE("pictures of any method differ in pixels on edges only", "[visibility]
             ++kinds[hits[k].facet];
             for (const std::vector<FacetId>& picture : pictures) wrong += picture[k] != hits[k].facet;
         }
-        CHECK(wrong == 0);
+        // Drawn in blocks, a fisheye may miss what is narrower than half a pixel: one pixel or two of the 15150.
+        const bool round = view.kind == ViewKind::fisheye || view.kind == ViewKind::panorama;
+        CHECK(wrong <= (round ? 4 : 0));
         CHECK(undecided < 30);
         CHECK(kinds.size() > 3);
     }

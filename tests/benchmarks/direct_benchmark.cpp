@@ -37,7 +37,9 @@ public:
     }
     void form_factor_row(PatchId from, FormFactorRow& row) const override { told_.form_factor_row(from, row); }
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override { told_.gather_row(from, row); }
-    void view_facets(const View& view, std::span<FacetId> seen) const override { told_.view_facets(view, seen); }
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        told_.view_facets(camera, row_begin, row_end, seen);
+    }
 
     mutable double seconds = 0.0;
     mutable std::size_t rays = 0, calls = 0;

@@ -250,7 +250,9 @@ public:
     }
     void form_factor_row(PatchId from, FormFactorRow& row) const override { exact_.form_factor_row(from, row); }
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override { exact_.gather_row(from, row); }
-    void view_facets(const View& view, std::span<FacetId> seen) const override { exact_.view_facets(view, seen); }
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        exact_.view_facets(camera, row_begin, row_end, seen);
+    }
 
     mutable std::size_t rays = 0;
 

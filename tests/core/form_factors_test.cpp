@@ -34,7 +34,7 @@ struct TableVisibility final : Visibility {
     }
     void gather_row(const GatherPoint&, FormFactorRow& out) const override { out.clear(); }
     void first_seen(const GatherPoint&, std::span<const glm::dvec3>, std::span<FacetId>) const override {}
-    void view_facets(const View&, std::span<FacetId>) const override {}
+    void view_facets(const Camera&, int, int, std::span<FacetId>) const override {}
 };
 
 PatchGrid patches_with_areas(const std::vector<double>& area_m2) {

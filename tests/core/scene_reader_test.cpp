@@ -447,7 +447,7 @@ TEST_CASE("the shipped scenes assemble to the rooms that scenes/README.md descri
             CHECK(std::abs(apertures[name] - area) < 1e-6);
         CHECK_FALSE(scene.sensors.empty());
         for (const View& view : scene.views)
-            CHECK(medium_at(scene, view.from_m) == Medium::indoor_air);
+            CHECK((!view.cut_planes.empty() || medium_at(scene, view.from_m) == Medium::indoor_air));
         for (const SensorSet& set : scene.sensors) {
             for (const SensorPoint& p : set.points)
                 CHECK(medium_at(scene, p.position_m) == Medium::indoor_air);

@@ -577,7 +577,7 @@ TEST_CASE("every pixel shows the facet that a ray through its centre meets", "[h
                     .height = 101};
     const Camera camera = make_camera(view);
     std::vector<FacetId> seen(150 * 101);
-    room.visibility()->view_facets(view, seen);
+    room.visibility()->view_facets(camera, 0, view.height, seen);
     int wrong = 0, undecided = 0, open = 0;
     for (int row = 0; row < view.height; ++row) {
         for (int column = 0; column < view.width; ++column) {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/building.h"
+#include "core/view.h"
 
 namespace naturel::tests {
 
@@ -16,9 +17,12 @@ struct RayHit {
     double depth_margin = std::numeric_limits<double>::infinity();
 };
 
-/// direction: unit length. Apertures let rays pass unless with_apertures.
+/// direction: unit length. Apertures let rays pass unless with_apertures. Only what is in reach is met, if it is not seen
+/// through.
 inline RayHit cast_ray(const Building& building, const glm::dvec3& origin_m, const glm::dvec3& direction,
-                       bool with_apertures = false) {
+                       bool with_apertures = false,
+                       const Camera::Reach& reach = {0.0, std::numeric_limits<double>::infinity(), false},
+                       SeeThrough see_through = SeeThrough::nothing) {
     RayHit hit;
     for (std::size_t i = 0; i < building.facets.size(); ++i) {
         const Facet& facet = building.facets[i];
@@ -26,7 +30,10 @@ inline RayHit cast_ray(const Building& building, const glm::dvec3& origin_m, con
         const double height_m = glm::dot(facet.normal, origin_m - facet.vertices_m[0]);
         const double approach = -glm::dot(facet.normal, direction);
         if (std::abs(height_m) < 1e-7 || approach * height_m <= 0) continue;
+        if (see_through != SeeThrough::nothing && approach < 0) continue;
+        if (see_through == SeeThrough::walls && facet.environment == Environment::outdoor) continue;
         const double distance = height_m / approach;
+        if (distance < reach.begin_m || distance > reach.end_m) continue;
         const glm::dvec3 point_m = origin_m + distance * direction;
         double inside_rad = std::numeric_limits<double>::infinity();
         for (std::size_t k = 0; k < facet.vertices_m.size(); ++k) {

@@ -48,7 +48,7 @@ void BruteForceVisibility::gather_row(const GatherPoint&, FormFactorRow&) const 
     throw std::logic_error("brute force visibility has no form factors");
 }
 
-void BruteForceVisibility::view_facets(const View&, std::span<FacetId>) const {
+void BruteForceVisibility::view_facets(const Camera&, int, int, std::span<FacetId>) const {
     throw std::logic_error("brute force visibility draws no pictures");
 }
 

@@ -18,7 +18,7 @@ public:
     /// These throw std::logic_error.
     void form_factor_row(PatchId from, FormFactorRow& row) const override;
     void gather_row(const GatherPoint& from, FormFactorRow& row) const override;
-    void view_facets(const View& view, std::span<FacetId> seen) const override;
+    void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override;
 
 private:
     std::vector<Facet> facets_;

@@ -1,0 +1,423 @@
+#include "core/picture.h"
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <glm/geometric.hpp>
+
+#include "core/parallel.h"
+#include "core/scene_reader.h"
+#include "core/view.h"
+#include "tests/all_backends.h"
+#include "tests/catch.h"
+#include "tests/random_scenes.h"
+
+using namespace naturel;
+using namespace naturel::tests;
+using Catch::Matchers::WithinRel;
+using glm::dvec3;
+
+namespace {
+
+/// A scene with a light on its nodes that nobody has computed: what pictures make of a solution does not depend on it.
+struct Painted {
+    Scene scene;
+    Building building;
+    PatchGrid grid;
+    std::unique_ptr<Visibility> visibility;
+    DaylightSolution solution;
+
+    Painted(const Scene& description, const Backend& backend, const std::function<double(const PatchGrid&, const Node&)>& light_lx)
+        : scene(description),
+          building(assemble(scene)),
+          grid(make_patch_grid(building, scene.grid, find_light_zones(scene, building))),
+          visibility(backend.make(building, grid)),
+          solution{.outdoors = light_outdoors(scene, building, grid, *visibility, quiet())} {
+        for (const Node& node : grid.nodes) {
+            solution.nodes.emplace_back();
+            solution.nodes.back().direct.sky_lx = grey(light_lx(grid, node));
+        }
+    }
+
+    Picture draw(const View& view) const { return draw_view(scene, building, grid, *visibility, solution, view, quiet()); }
+
+    static NoProgress& quiet() {
+        static NoProgress progress;
+        return progress;
+    }
+};
+
+Scene shipped(const std::string& name) {
+    return read_scene(std::string(NATUREL_SOURCE_DIR) + "/scenes/" + name + ".json");
+}
+
+/// Smooth, and not the same anywhere.
+double smooth_lx(const PatchGrid&, const Node& node) {
+    return 100 + 10 * node.position_m.x + 7 * node.position_m.y + 3 * node.position_m.z;
+}
+
+View small(View view, int width, int samples) {
+    view.height = std::max(1, view.height * width / view.width);
+    view.width = width;
+    view.samples = samples;
+    return view;
+}
+
+}  // namespace
+
+TEST_CASE("a pixel at the centre of a patch shows the luminance of the mean of its nodes", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = closed_room({3, 4, 2.5}, 0.6);
+    scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.5, 1}, {2, 0, 2}));
+    scene.materials[0].exitance_lm_m2 = {3, 5, 7};
+    scene.grid.spacing_m = 0.5;
+    const Painted painted(scene, backend, smooth_lx);
+    for (std::size_t p = 0; p < painted.grid.indoor_patch_count; p += 7) {
+        const Patch& patch = painted.grid.patches[p];
+        if (patch.corner_count != 4) continue;
+        Band3 mean;
+        for (const NodeId node : painted.grid.corners_of(make_id<PatchId>(p))) mean += 0.25 * painted.solution.nodes[index(node)].total_lx();
+        const dvec3 aside = glm::normalize(painted.grid.polygon_of(make_id<PatchId>(p))[0] - patch.centroid_m);
+        for (const int samples : {1, 4}) {
+            const View view{.id = "", .from_m = patch.centroid_m + 0.05 * patch.normal + 0.03 * aside, .to_m = patch.centroid_m,
+                            .up = glm::cross(patch.normal, aside), .field_of_view_rad = 0.02, .width = 1, .height = 1, .samples = samples};
+            const Picture picture = painted.draw(view);
+            // The patches are rectangles: mean-value coordinates are 1/4 each in the middle.
+            CHECK_THAT(picture.luminance_cd_m2[0].g, WithinRel((0.6 * mean.g + 5) / pi, 1e-6));
+            CHECK_THAT(picture.illuminance_lx[0].r, WithinRel(mean.r, 1e-6));
+            CHECK(picture.coverage[0] == 1.0f);
+        }
+    }
+}
+
+TEST_CASE("interpolation stays linear up to the edges of a patch", "[picture][grid]") {
+    const Scene scene = closed_room({3, 4, 2.5});
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 0.5});
+    const auto polygon = grid.polygon_of(PatchId{0});
+    const auto linear = [](const dvec3& p) { return 1 + 2 * p.x - 3 * p.y + p.z; };
+    std::vector<double> weights(polygon.size());
+    for (double share = 1e-3; share > 1e-15; share /= 3) {
+        for (const double along : {0.1, 0.37, 0.5}) {
+            const dvec3 point_m = polygon[0] + along * (polygon[1] - polygon[0]) + share * (polygon[3] - polygon[0]);
+            grid.interpolation_weights(PatchId{0}, point_m, weights);
+            double sum = 0;
+            for (std::size_t k = 0; k < weights.size(); ++k) sum += weights[k] * linear(polygon[k]);
+            // Closer than 1e-9 of its length a point counts as on the edge.
+            CHECK(std::abs(sum - linear(point_m)) < 1e-7);
+        }
+    }
+}
+
+TEST_CASE("pixels of the sky show the sky model behind the glass", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.glazings.push_back({.name = "glass", .normal_transmittance = {0.8, 0.7, 0.6}});
+    scene.polyhedra.push_back(box("window", Effect::carve, {0.5, -0.5, 0.5}, {2.5, 0, 2.4}));
+    scene.polyhedra.back().glazing = make_id<GlazingId>(1);
+    scene.sky.model = SkyModel::cie_clear;
+    scene.sun = SunDescription{.altitude_rad = 0.6, .azimuth_rad = 2.0, .direct_normal_illuminance_lx = 0.0};
+    const Painted painted(scene, backend, smooth_lx);
+    const GlazingTransmission glass(scene.glazings[1]);
+    for (const ViewKind kind : {ViewKind::perspective, ViewKind::fisheye, ViewKind::panorama}) {
+        const View view{.id = "", .kind = kind, .from_m = {1.2, 1, 1}, .to_m = {1.6, 0, 1.3}, .field_of_view_rad = 1.4, .width = 60, .height = 30, .samples = 1};
+        const Picture picture = painted.draw(view);
+        const Camera camera = make_camera(view);
+        std::vector<FacetId> seen(60 * 30);
+        painted.visibility->view_facets(camera, 0, 30, seen);
+        INFO("kind " << static_cast<int>(kind));
+        int sky = 0;
+        for (int k = 0; k < 60 * 30; ++k) {
+            const dvec3 direction = camera.ray(k % 60 + 0.5, k / 60 + 0.5).direction;
+            if (seen[static_cast<std::size_t>(k)] != FacetId::none || direction.z < 0.0 || !camera.shows(k % 60 + 0.5, k / 60 + 0.5)) continue;
+            ++sky;
+            INFO("pixel " << k % 60 << ", " << k / 60);
+            const double expected = painted.solution.outdoors.sky.luminance(direction).value * glass.transmittance(-direction.y).g;
+            CHECK_THAT(picture.luminance_cd_m2[static_cast<std::size_t>(k)].g, WithinRel(expected, 1e-12));
+        }
+        CHECK(sky > 10);
+    }
+}
+
+TEST_CASE("light does not bleed across edges of faces, furniture and sunspots", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    // A table against the wall that the sun shines on.
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.5, 0.9}, {2, 0, 2.2}));
+    scene.polyhedra.push_back(box("table", Effect::fill, {2.2, 1, 0.7}, {3, 2.5, 0.75}));
+    scene.sun = SunDescription{.altitude_rad = 0.5, .azimuth_rad = 3.9, .direct_normal_illuminance_lx = 50000.0};
+    scene.grid.spacing_m = 0.5;
+    // Each face has its own light, and another one in the sun.
+    const auto light_of = [](FaceId face, bool sunny) { return static_cast<double>(1 + index(face)) + (sunny ? 1000.0 : 0.0); };
+    const Painted painted(scene, backend, [&](const PatchGrid&, const Node& node) { return light_of(node.face, node.sunspot != no_sunspot); });
+    const View view{.id = "", .from_m = {0.4, 0.5, 1.6}, .to_m = {2.8, 2, 0.7}, .field_of_view_rad = 1.5, .width = 160, .height = 120, .samples = 1};
+    const Picture picture = painted.draw(view);
+    int in_sun = 0, wrong = 0;
+    std::vector<FacetId> seen(160 * 120);
+    painted.visibility->view_facets(make_camera(view), 0, 120, seen);
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+        if (seen[k] == FacetId::none || painted.building.facets[index(seen[k])].environment == Environment::outdoor) continue;
+        const FaceId face = painted.building.facets[index(seen[k])].face;
+        const double found = picture.illuminance_lx[k].g;
+        const bool sunny = std::abs(found - light_of(face, true)) < 1e-9;
+        in_sun += sunny;
+        wrong += !sunny && !(std::abs(found - light_of(face, false)) < 1e-9);
+    }
+    CHECK(wrong == 0);
+    CHECK(in_sun > 50);
+}
+
+TEST_CASE("a plan shows walls that are cut in black, as large as they are", "[picture][embree][analytic]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    // Rooms of 3 m x 4 m within walls of 0.3 m, with a door of 1 m through the south wall.
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.polyhedra.push_back(box("door", Effect::carve, {1, -0.5, 0}, {2, 0, 2}));
+    scene.polyhedra.push_back(box("cupboard", Effect::fill, {2, 3, 0}, {3, 4, 1.2}));
+    const Painted painted(scene, backend, [](const PatchGrid&, const Node&) { return 100.0; });
+    const auto black_m2 = [&](double z, SeeThrough see_through) {
+        const View view{.id = "", .kind = ViewKind::parallel, .from_m = {1.5, 2, 8}, .to_m = {1.5, 2, 0}, .up = {0, 1, 0}, .width_m = 5,
+                        .width = 50, .height = 60, .cut_planes = {{{0, 0, z}, {0, 0, 1}}}, .see_through = see_through};
+        const Picture picture = painted.draw(view);
+        // Pixels of 0.1 m, on whose outlines the walls lie.
+        double area = 0;
+        for (const Band3& luminance : picture.luminance_cd_m2) area += luminance == Band3{} ? 0.01 : 0.0;
+        for (const float share : picture.coverage) CHECK(share == 1.0f);
+        return area;
+    };
+    const double walls = 3.6 * 4.6 - 3 * 4 - 0.3 * 1;
+    CHECK(std::abs(black_m2(1.0, SeeThrough::backs) - walls - 1) < 1e-9);
+    CHECK(std::abs(black_m2(1.2, SeeThrough::backs) - walls) < 1e-9);  // its top lies in the plane and stays
+    CHECK(std::abs(black_m2(1.3, SeeThrough::nothing) - walls) < 1e-9);
+    CHECK(std::abs(black_m2(2.5, SeeThrough::backs) - walls - 0.3) < 1e-9);  // through the ceiling, which goes, and above the door
+}
+
+TEST_CASE("where all is cut away a picture is absent, as outside a fisheye", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    const Painted painted(closed_room({3, 4, 2.5}), backend, smooth_lx);
+    View view{.id = "", .kind = ViewKind::fisheye, .from_m = {1.5, 2, 1}, .to_m = {1.5, 0, 1}, .field_of_view_rad = pi, .width = 20, .height = 20};
+    Picture picture = painted.draw(view);
+    CHECK(picture.coverage[0] == 0.0f);
+    CHECK(picture.luminance_cd_m2[0] == Band3{});
+    CHECK(std::isnan(picture.illuminance_lx[0].g));
+    CHECK(picture.coverage[10 * 20 + 10] == 1.0f);
+    int partly = 0;
+    double shown = 0;
+    for (const float share : picture.coverage) {
+        partly += share > 0.0f && share < 1.0f;
+        shown += static_cast<double>(share);
+    }
+    CHECK(partly > 20);
+    CHECK_THAT(shown, WithinRel(100 * pi, 0.01));  // 16 samples a pixel along the rim
+    view.cut_planes = {{{0, 1, 0}, {0, -1, 0}}};  // takes the south wall
+    picture = painted.draw(view);
+    CHECK(picture.coverage[10 * 20 + 10] == 0.0f);
+    CHECK(picture.coverage[10 * 20 + 0] == 1.0f);
+}
+
+TEST_CASE("the sun gives a picture its illuminance at any size of pixels", "[picture][embree][analytic]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    // A room without a roof.
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.polyhedra.push_back(box("roof", Effect::carve, {-0.1, -0.1, 2.4}, {3.1, 4.1, 3}));
+    scene.sun = SunDescription{.altitude_rad = 1.2, .azimuth_rad = 2.5, .direct_normal_illuminance_lx = 60000.0};
+    scene.sky.horizontal_illuminance_lx = 0.0;
+    const Painted painted(scene, backend, [](const PatchGrid&, const Node&) { return 0.0; });
+    const dvec3 sun = painted.solution.outdoors.sun_direction;
+    const auto sun_lx = [&](const View& view) {
+        const Picture picture = painted.draw(view);
+        const Camera camera = make_camera(view);
+        double sum = 0;
+        for (int row = 0; row < view.height; ++row)
+            for (int column = 0; column < view.width; ++column)
+                sum += picture.luminance_cd_m2[static_cast<std::size_t>(row * view.width + column)].g * pixel_solid_angle_sr(camera, column, row);
+        return sum;
+    };
+    View view{.id = "", .from_m = {1.5, 2, 1}, .to_m = dvec3(1.5, 2, 1) + sun + dvec3(0.002, 0.001, 0), .width = 32, .height = 32};
+    for (const double angle_deg : {60.0, 5.0, 1.0}) {
+        view.field_of_view_rad = radians_from_degrees(angle_deg);
+        // Pixels of 2 degrees to 2 minutes of arc: the disc is spread over samples, whose solid angles differ within a pixel.
+        CHECK_THAT(sun_lx(view), WithinRel(60000.0, 2e-3));
+    }
+    view.kind = ViewKind::fisheye, view.field_of_view_rad = pi;
+    CHECK_THAT(sun_lx(view), WithinRel(60000.0, 5e-3));
+}
+
+TEST_CASE("pictures of two methods differ in pixels on edges only", "[picture][embree]") {
+    const std::string name = GENERATE("test_room", "furnished_office", "l_shaped_rooflight");
+    const Scene scene = shipped(name);
+    const Painted painted(scene, all_backends().front(), smooth_lx);
+    for (const View& description : scene.views) {
+        const View view = small(description, 60, 2), centres = small(description, 60, 1);
+        INFO(name << ", " << view.id);
+        const Picture first = painted.draw(view);
+        std::vector<FacetId> seen(first.luminance_cd_m2.size());
+        painted.visibility->view_facets(make_camera(centres), 0, view.height, seen);
+        for (const Backend& backend : all_backends()) {
+            const auto visibility = backend.make(painted.building, painted.grid);
+            const Picture other = draw_view(scene, painted.building, painted.grid, *visibility, painted.solution, view, Painted::quiet());
+            int within = 0;
+            for (int row = 0; row < view.height; ++row) {
+                for (int column = 0; column < view.width; ++column) {
+                    const auto at = [&](int r, int c) { return static_cast<std::size_t>(r * view.width + c); };
+                    if (first.luminance_cd_m2[at(row, column)] == other.luminance_cd_m2[at(row, column)]) continue;
+                    bool edge = false;
+                    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, view.height - 1); ++r)
+                        for (int c = std::max(column - 1, 0); c <= std::min(column + 1, view.width - 1); ++c)
+                            edge = edge || seen[at(r, c)] != seen[at(row, column)];
+                    within += !edge;
+                }
+            }
+            INFO(backend.name);
+            CHECK(within == 0);
+        }
+    }
+}
+
+TEST_CASE("pictures are the same bits for any number of threads", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    const Scene scene = shipped("furnished_office");
+    const Painted painted(scene, backend, smooth_lx);
+    for (const View& description : scene.views) {
+        const View view = small(description, 30, 3);
+        std::vector<Picture> pictures;
+        for (const int threads : {1, 2, 3}) {
+            const ThreadLimit limit(threads);
+            pictures.push_back(painted.draw(view));
+        }
+        const auto same = [](const auto& a, const auto& b) { return std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0; };
+        for (const Picture& picture : pictures) {
+            CHECK(same(picture.luminance_cd_m2, pictures[0].luminance_cd_m2));
+            CHECK(same(picture.illuminance_lx, pictures[0].illuminance_lx));
+            CHECK(same(picture.coverage, pictures[0].coverage));
+        }
+    }
+}
+
+namespace {
+
+Painted solved(const Scene& scene, const Backend& backend, const DaylightOptions& options = {}) {
+    Painted painted(scene, backend, smooth_lx);
+    painted.solution = compute_daylight(scene, painted.building, painted.grid, *painted.visibility, options, Painted::quiet());
+    return painted;
+}
+
+/// Sum of L cos(theta) dOmega over a fisheye.
+double illuminance_lx(const Picture& picture, const View& view) {
+    const Camera camera = make_camera(view);
+    double sum = 0;
+    for (int row = 0; row < view.height; ++row) {
+        for (int column = 0; column < view.width; ++column) {
+            const auto pixel = static_cast<std::size_t>(row * view.width + column);
+            const double cosine = std::max(0.0, glm::dot(camera.ray(column + 0.5, row + 0.5).direction, camera.forward));
+            sum += picture.luminance_cd_m2[pixel].g * cosine * pixel_solid_angle_sr(camera, column, row) * static_cast<double>(picture.coverage[pixel]);
+        }
+    }
+    return sum;
+}
+
+/// A sunny room with a window and a table against the wall, on a coarse grid.
+Scene sunny_room() {
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.glazings.push_back({.name = "glass", .normal_transmittance = {0.8, 0.7, 0.6}});
+    scene.polyhedra.push_back(box("window", Effect::carve, {0.5, -0.5, 0.9}, {2.5, 0, 2.2}));
+    scene.polyhedra.back().glazing = make_id<GlazingId>(1);
+    scene.polyhedra.push_back(box("table", Effect::fill, {2.2, 1, 0.7}, {3, 2.5, 0.75}));
+    scene.sky = {.model = SkyModel::cie_clear, .horizontal_illuminance_lx = 12000.0};
+    scene.sun = SunDescription{.altitude_rad = 0.5, .azimuth_rad = 2.9, .direct_normal_illuminance_lx = 60000.0};
+    scene.grid.spacing_m = 0.5;
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    if (backend.name == "single plane") return;  // its rows leave out what is below the rim
+    // In the sun, and out of it; level, and up. The sun is a point: where the cosine falls fast, it should be that of the sun, not of
+    // the middle of its pixel.
+    Scene scene = sunny_room();
+    scene.grid.spacing_m = 1.0;
+    scene.sensors = {{.id = "eye", .points = {{{1.3, 1.2, 1.1}, {0, -1, 0}}, {{0.4, 3, 1.2}, glm::normalize(dvec3(1, -1, 0))}, {{0.5, 3, 1.1}, {0, 0, 1}}}}};
+    const Painted painted = solved(scene, backend);
+    CHECK(painted.solution.sensor_values[0].direct.sun_lx.g > 10000);
+    CHECK(painted.solution.sensor_values[1].direct.sun_lx.g == 0);
+    for (std::size_t s = 0; s < 3; ++s) {
+        const Sensor& sensor = painted.solution.sensors[s];
+        for (const FisheyeProjection projection : {FisheyeProjection::equidistant, FisheyeProjection::equal_area}) {
+            const View view{.id = "", .kind = ViewKind::fisheye, .projection = projection, .from_m = sensor.point.position_m,
+                            .to_m = sensor.point.position_m + sensor.point.normal, .up = sensor.point.normal.z > 0.5 ? dvec3(0, 1, 0) : dvec3(0, 0, 1),
+                            .field_of_view_rad = pi, .width = 100, .height = 100, .samples = 4};
+            INFO("sensor " << s << ", projection " << static_cast<int>(projection));
+            // What is asked for. Sampling of the window's outline at this size, and of the sensor's own rows, take most of it.
+            CHECK_THAT(illuminance_lx(painted.draw(view), view), WithinRel(painted.solution.sensor_values[s].total_lx().g, 5e-3));
+        }
+    }
+}
+
+TEST_CASE("a gathered pixel shows what a sensor at its point measures", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Scene scene = sunny_room();
+    scene.grid.spacing_m = 1.0;
+    const Painted painted = solved(scene, backend);
+    const View view{.id = "", .from_m = {0.4, 3.4, 1.6}, .to_m = {2.6, 1, 0.5}, .field_of_view_rad = 1.3, .width = 9, .height = 7, .samples = 1,
+                    .quality = PictureQuality::gather};
+    const Picture picture = painted.draw(view);
+    const Camera camera = make_camera(view);
+    std::vector<FacetId> seen(9 * 7);
+    painted.visibility->view_facets(camera, 0, 7, seen);
+    std::vector<Sensor> sensors;
+    std::vector<double> found_lx;
+    for (int k = 0; k < 9 * 7; ++k) {
+        const FacetId id = seen[static_cast<std::size_t>(k)];
+        if (id == FacetId::none || painted.building.facets[index(id)].environment == Environment::outdoor) continue;
+        const Facet& facet = painted.building.facets[index(id)];
+        const Camera::Ray ray = camera.ray(k % 9 + 0.5, k / 9 + 0.5);
+        const double distance_m = glm::dot(facet.normal, facet.vertices_m[0] - ray.origin_m) / glm::dot(facet.normal, ray.direction);
+        sensors.push_back({.point = {ray.origin_m + distance_m * ray.direction + 1e-5 * facet.normal, facet.normal}});
+        found_lx.push_back(picture.illuminance_lx[static_cast<std::size_t>(k)].g);
+    }
+    const std::vector<PointIlluminance> values =
+        light_on_sensors(painted.scene, painted.building, painted.grid, *painted.visibility, painted.solution.outdoors,
+                         painted.solution.radiosity, {}, sensors, Painted::quiet());
+    REQUIRE(sensors.size() > 40);
+    int in_sun = 0;
+    for (std::size_t s = 0; s < sensors.size(); ++s) {
+        CHECK_THAT(found_lx[s], WithinRel(values[s].total_lx().g, 1e-9));
+        in_sun += values[s].direct.sun_lx.g > 0.0;
+    }
+    CHECK(in_sun > 0);
+}
+
+TEST_CASE("on a coarse grid a gathered picture is nearer to that of a fine grid than an interpolated one", "[picture][embree][slow]") {
+    // By one method: it is about the grid.
+    const Backend backend = all_backends().back();
+    Scene scene = sunny_room();
+    scene.sun->direct_normal_illuminance_lx = 0.0;
+    scene.grid.spacing_m = 0.1;
+    View view{.id = "", .from_m = {0.4, 3.4, 1.6}, .to_m = {2.6, 1, 0.5}, .field_of_view_rad = 1.3, .width = 16, .height = 12, .samples = 1};
+    const Picture fine = solved(scene, backend).draw(view);
+    scene.grid.spacing_m = 1.0;
+    const Painted coarse = solved(scene, backend);
+    const auto error = [&](PictureQuality quality) {
+        view.quality = quality;
+        const Picture picture = coarse.draw(view);
+        double sum = 0, all = 0;
+        for (std::size_t k = 0; k < picture.luminance_cd_m2.size(); ++k) {
+            sum += std::abs(picture.luminance_cd_m2[k].g - fine.luminance_cd_m2[k].g);
+            all += fine.luminance_cd_m2[k].g;
+        }
+        return sum / all;
+    };
+    const double interpolated = error(PictureQuality::interpolated), gathered = error(PictureQuality::gather);
+    INFO(interpolated << " " << gathered);
+    CHECK(gathered < 0.25 * interpolated);
+}
