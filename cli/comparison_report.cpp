@@ -3,53 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <map>
 #include <optional>
 #include <string_view>
 
 #include "cli/comparison_values.h"
+#include "cli/page_template.h"
 #include "cli/report_assets.h"
 #include "cli/svg_sheet.h"
 
 namespace naturel {
 namespace {
-
-/// JSON that may stand in a script element: without "<" there is no end tag and no comment in it.
-std::string script_json(const ComparisonJson& json) {
-    // Bytes that are no UTF-8 become the replacement character: a page must come out whatever a file's name
-    // holds.
-    const std::string text = json.dump(-1, ' ', false, ComparisonJson::error_handler_t::replace);
-    std::string safe;
-    safe.reserve(text.size());
-    for (const char c : text) {
-        if (c == '<')
-            safe += "\\u003c";
-        else
-            safe += c;
-    }
-    return safe;
-}
-
-/// The template with its @NAME@ marks replaced; what takes their place is not looked at again.
-std::string fill_template(std::string_view page, const std::map<std::string_view, std::string_view>& values) {
-    std::string filled;
-    for (std::size_t at = 0;;) {
-        const std::size_t begin = page.find('@', at);
-        filled += page.substr(at, begin == std::string_view::npos ? begin : begin - at);
-        if (begin == std::string_view::npos) return filled;
-        const std::size_t end = page.find('@', begin + 1);
-        const auto value = end == std::string_view::npos
-                               ? values.end()
-                               : values.find(page.substr(begin + 1, end - begin - 1));
-        if (value == values.end()) {
-            filled += '@';
-            at = begin + 1;
-        } else {
-            filled += value->second;
-            at = end + 1;
-        }
-    }
-}
 
 struct Size {
     double value;
@@ -124,13 +87,15 @@ std::string comparison_report(const ComparisonJson& comparison) {
     if (scene.empty()) scene = text_below(comparison, {"scene", "file"});
     if (scene.empty()) scene = "Comparison of methods";
     const std::string title = xml_text(scene), headline = xml_text(comparison_headline(comparison));
-    const std::string page_title = title + " · naturel compare", data = script_json(comparison);
+    const std::string page_title = title + " · naturel compare", data = script_text(comparison);
     return fill_template(comparison_page, {{"TITLE", page_title},
                                            {"SCENE", title},
                                            {"HEADLINE", headline},
                                            {"DATA", data},
+                                           {"STYLE", page_style},
                                            {"CHART_LICENCE", chart_licence},
                                            {"CHART", chart_script},
+                                           {"PAGE", page_script},
                                            {"SCRIPT", comparison_script}});
 }
 

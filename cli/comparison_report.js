@@ -2,10 +2,11 @@
 // Draws the report of a comparison from the data embedded in the page. Everything that stems from a scene enters the
 // page as text, never as markup.
 (() => {
+  const {
+    list, record, finite, number, signed, plain, with_unit, place_text, setting_text, element, svg, main, section, table, details,
+    nothing, viridis, colour_of, round_up,
+  } = page;
   const data = JSON.parse(document.getElementById("comparison").textContent);
-  const list = (value) => (Array.isArray(value) ? value : []);
-  const record = (value) => (value && typeof value === "object" && !Array.isArray(value) ? value : {});
-  const finite = (value) => typeof value === "number" && Number.isFinite(value);
 
   const components = list(data.components).length ? data.components : ["sky", "sun", "erc", "irc", "total"];
   const component_names = {
@@ -20,77 +21,6 @@
   const point_count = (id) => members.get(id)?.length || list(data.sets).find((set) => set.id === id)?.points || 0;
   const largest_set = sets.reduce((a, b) => (members.get(b).length > members.get(a).length ? b : a), sets[0]);
   const state = { set: largest_set, component: components.includes("total") ? "total" : components[0], unit: "%", difference: "total" };
-
-  // Words and numbers
-
-  const group_digits = (text) => {
-    const [whole, part] = text.split(".");
-    const spaced = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u202f") : whole;
-    return part === undefined ? spaced : spaced + "." + part;
-  };
-  /** Three significant digits, thousands apart, a true minus. */
-  const number = (value, digits = 3) => {
-    if (!finite(value)) return "–";
-    if (value === 0) return "0";
-    const size = Math.abs(value);
-    let text;
-    if (size >= 1e7 || size < 1e-4) {
-      const [mantissa, power] = size.toExponential(digits - 1).split("e");
-      const raised = String(Number(power)).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
-      text = mantissa + "·10" + raised;
-    } else {
-      const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
-      text = group_digits(size.toFixed(Math.min(decimals, 8)));
-    }
-    return (value < 0 ? "−" : "") + text;
-  };
-  const signed = (value, digits = 3) => (finite(value) && value > 0 ? "+" : "") + number(value, digits);
-  /** Without zeros at the end. */
-  const plain = (value) => (finite(value) ? number(value, 4).replace(/(\.\d*?)0+(?=$|·)/, "$1").replace(/\.(?=$|·)/, "").replace(/^(−?)1·10/, "$110") : String(value));
-  const with_unit = (text, unit) => (text === "–" ? text : text + "\u00a0" + unit);
-  const place_text = (place) => list(place).map((value) => (finite(value) ? value.toFixed(2).replace("-", "−") : "–")).join(", ");
-  /** A setting, whatever its type. */
-  const setting_text = (value) =>
-    value === undefined || value === null ? "–" : finite(value) ? plain(value) : typeof value === "object" ? JSON.stringify(value) : String(value);
-
-  // Pieces of the page
-
-  const element = (tag, attributes = {}, ...children) => {
-    const made = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) if (value !== undefined) made.setAttribute(name, value);
-    made.append(...children.filter((child) => child !== undefined && child !== null));
-    return made;
-  };
-  const svg = (tag, attributes = {}, ...children) => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    made.append(...children);
-    return made;
-  };
-  const main = document.getElementById("main");
-  const contents = document.getElementById("contents");
-  const section = (id, title, note) => {
-    const heading = element("h2", { id: id + "-title" }, title);
-    const made = element("section", { id, "aria-labelledby": id + "-title" }, heading);
-    if (note) made.append(element("p", { class: "note" }, note));
-    main.append(made);
-    contents.append(element("li", {}, element("a", { href: "#" + id }, title)));
-    return made;
-  };
-  /**
-   * A table in a frame that scrolls. columns: {head, words, long}; rows: {cells, class}, the first cell of a row is its heading.
-   */
-  const table = (caption, columns, rows, tall) => {
-    const head = element("tr", {}, ...columns.map((column, k) =>
-      element("th", { scope: "col", class: column.words && k > 0 ? "words" : undefined }, column.head)));
-    const body = rows.map((row) => element("tr", { class: row.class }, ...row.cells.map((cell, k) => k === 0
-      ? element("th", { scope: "row" }, cell)
-      : element("td", { class: columns[k].long ? "words long" : columns[k].words ? "words" : undefined }, cell))));
-    const made = element("table", {}, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...body));
-    return element("div", { class: tall ? "scroll tall" : "scroll", tabindex: "0", role: "region", "aria-label": caption }, made);
-  };
-  const details = (summary, ...children) => element("details", {}, element("summary", {}, summary), ...children);
-  const nothing = (text) => element("p", { class: "none" }, text);
 
   // Plots
 
@@ -211,12 +141,6 @@
     const at = share * (ordered.length - 1), below = Math.floor(at);
     return ordered[below] + (at - below) * ((ordered[below + 1] ?? ordered[below]) - ordered[below]);
   };
-  const round_up = (value) => {
-    if (!(value > 0)) return 1;
-    const power = 10 ** Math.floor(Math.log10(value));
-    return ([1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8].find((digit) => digit * power >= value * (1 - 1e-12)) || 10) * power;
-  };
-
   // What is shown
 
   const choices = element("div", { class: "choices", role: "group", "aria-label": "What the figures below show" });
@@ -340,13 +264,8 @@
 
   // Maps
 
-  const viridis = [[68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142], [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37]];
   // Blue to white to orange: told apart with any colour vision, and dark at both ends.
   const diverging = [[8, 64, 129], [44, 123, 182], [146, 197, 222], [247, 247, 245], [246, 177, 103], [222, 108, 18], [140, 52, 0]];
-  const colour_of = (anchors, place) => {
-    const at = Math.min(Math.max(place, 0), 1) * (anchors.length - 1), first = Math.min(Math.floor(at), anchors.length - 2);
-    return `rgb(${anchors[first].map((value, k) => Math.round(value + (at - first) * (anchors[first + 1][k] - value))).join(",")})`;
-  };
 
   /** The plane in which the points of a set are drawn: plan, or elevation where they stand above one another. */
   const layout = (set) => {

@@ -164,7 +164,8 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                          const std::vector<SensorMap>& maps, const std::vector<WrittenView>& views) {
     const PatchGrid& grid = result.grid;
     Json pictures = Json::array();
-    Json files{"nodes.csv", "patches.csv", "sensors.csv", "solution.bin", "timings.json"};
+    Json files{"nodes.csv", "patches.csv", "scene.glb", "scene.vtp", "sensors.csv", "solution.bin", "timings.json"};
+    if (result.options.report) files.push_back("report.html");
     if (!glare_of(views).empty()) files.push_back(glare_file_name);
     for (const SensorMap& map : maps) files.push_back(map.file);
     for (const WrittenView& view : views) {

@@ -416,6 +416,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
     app.add_flag_callback(
         "--no-error-estimate", [&options] { options.error_estimate = false; },
         "do not compute some sensors again to estimate the error (saves up to a quarter of the time)");
+    app.add_flag_callback("--no-report", [&options] { options.report = false; }, "leave out report.html, the page for people");
     add_backend(app, options.backend, backend_words());
     app.add_option("--out", options.out,
                    "folder for the results; each backend writes into a folder of its name there")

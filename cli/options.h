@@ -59,6 +59,7 @@ struct RunOptions {
     /// returns, but for what the scene has a say in.
     QualityPreset quality = normal_quality;
     bool error_estimate = true;
+    bool report = true;  ///< a page for each backend
     BackendOptions backends;
     DaylightOptions daylight;
 

@@ -95,9 +95,28 @@ const page = (() => {
     const power = 10 ** Math.floor(Math.log10(value));
     return ([1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8].find((digit) => digit * power >= value * (1 - 1e-12)) || 10) * power;
   };
+  /** Round values from 0 to `largest`, at most `most` steps. */
+  const round_steps = (largest, most) => {
+    const power = 10 ** Math.floor(Math.log10(largest / most));
+    const step = [1, 2, 5, 10].map((digit) => digit * power).find((value) => largest / value <= most * (1 + 1e-9));
+    return Array.from({ length: Math.floor(largest / step + 1e-9) + 1 }, (_, k) => k * step);
+  };
+  /** A legend of viridis from 0 to `largest`: linear, or over three decades. cut: whether there are values beyond. */
+  const show_scale = (bar, ticks, largest, unit, cut, logarithmic) => {
+    bar.style.background = `linear-gradient(to right, ${viridis.map((_, k) => colour_of(viridis, k / (viridis.length - 1))).join(",")})`;
+    const values = logarithmic ? [0.001, 0.01, 0.1, 1].map((share) => share * largest) : round_steps(largest, 5);
+    ticks.replaceChildren(...values.map((value) => {
+      const at = logarithmic ? 1 + Math.log10(value / largest) / 3 : value / largest, last = at > 0.999;
+      const tick = element("span", {}, last ? `${cut ? "≥\u00a0" : ""}${with_unit(plain(value), unit)}` : plain(value));
+      tick.style.left = 100 * at + "%";
+      tick.style.transform = at < 1e-3 ? "none" : last ? "translateX(-100%)" : "";
+      return tick;
+    }));
+    if (!logarithmic && values.at(-1) < 0.999 * largest) ticks.lastChild.append(`\u00a0${unit}`);
+  };
 
   return {
     list, record, finite, bytes_of, number, signed, plain, with_unit, place_text, setting_text, element, svg, main, section, table,
-    details, nothing, viridis, colour_of, round_up,
+    details, nothing, viridis, colour_of, round_up, round_steps, show_scale,
   };
 })();

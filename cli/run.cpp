@@ -4,17 +4,22 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
+#include <iterator>
 
 #include "cli/colour_notes.h"
 #include "cli/csv_writer.h"
 #include "cli/file_writer.h"
 #include "cli/forecast.h"
+#include "cli/glb_writer.h"
 #include "cli/json_writer.h"
 #include "cli/prepared_scene.h"
+#include "cli/report.h"
 #include "cli/run_account.h"
 #include "cli/sensor_maps.h"
 #include "cli/stored_solution.h"
 #include "cli/view_writer.h"
+#include "cli/vtp_writer.h"
 #include "cli/zone_writer.h"
 #include "core/trace.h"
 
@@ -66,6 +71,18 @@ BackendOptions companion_options(BackendOptions options, Companion kind) {
         options.embree.rays_per_patch = std::max(1, options.embree.rays_per_patch / 4);
     }
     return options;
+}
+
+/// The pictures of views that a browser shows.
+std::vector<ReportPicture> report_pictures(const std::vector<WrittenView>& views, const std::filesystem::path& folder) {
+    std::vector<ReportPicture> pictures;
+    for (const WrittenView& view : views)
+        for (const std::string& file : view.files) {
+            if (!file.ends_with(".png")) continue;
+            std::ifstream stream(folder / file, std::ios::binary);
+            pictures.push_back({view.id, file, std::string(std::istreambuf_iterator<char>(stream), {})});
+        }
+    return pictures;
 }
 
 ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backend>& backends,
@@ -136,7 +153,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         // The summary goes first and comes last: where there is one, it speaks of the files beside it.
         std::error_code absent;
         std::filesystem::remove(folder / "summary.json", absent);
-        write_file(folder / "sensors.csv", sensors_csv(result));
+        std::filesystem::remove(folder / "report.html", absent);
+        const std::string sensors_text = sensors_csv(result);
+        write_file(folder / "sensors.csv", sensors_text);
         write_file(folder / "nodes.csv", nodes_csv(result));
         write_file(folder / "patches.csv", patches_csv(result));
         write_file(folder / stored_solution_name, stored_solution(result, sources));
@@ -146,17 +165,26 @@ ExitCode run(const RunOptions& options, Progress& progress) {
             write_file(folder / map.file, map.svg);
         }
         clock.end_stage("tables");
+        const SurfaceMesh mesh = make_surface_mesh(result);
+        write_file(folder / "scene.glb", scene_glb(result, mesh));
+        write_file(folder / "scene.vtp", scene_vtp(result, mesh));
+        clock.end_stage("3D files");
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
         const std::vector<ViewGlare> glare = glare_of(views);
         std::filesystem::remove(folder / glare_file_name, absent);
         if (!glare.empty()) write_file(folder / glare_file_name, glare_json(glare));
+        const std::string summary = summary_json(result, sets, maps, views);
+        if (options.report) {
+            write_file(folder / "report.html", report_html(result, mesh, summary, sensors_text, report_pictures(views, folder)));
+            clock.end_stage("report");
+        }
         write_file(folder / "timings.json", timings_json(result, clock.stages()));
         // Zones do not depend on the backend. They come after everything that may fail in the first one.
         if (totals.empty() && scene.grid.zones)
             write_file(options.out / "zones.json",
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
-        write_file(folder / "summary.json", summary_json(result, sets, maps, views));
+        write_file(folder / "summary.json", summary);
 
         print(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <thread>
 
 #include "tests/catch.h"
 #include "tests/cli/program.h"
+#include "tests/cli/tables.h"
 
 using namespace naturel::tests;
 
@@ -33,31 +33,6 @@ private:
     TemporaryFolder folder_;
 };
 
-std::vector<std::string> lines_of(const std::string& text) {
-    std::istringstream stream(text);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);)
-        lines.push_back(line);
-    return lines;
-}
-
-/// Splits a line of a table; quoted cells may hold commas and doubled quotes.
-std::vector<std::string> cells_of(const std::string& line) {
-    std::vector<std::string> cells(1);
-    bool quoted = false;
-    for (std::size_t k = 0; k < line.size(); ++k) {
-        if (line[k] == '"' && quoted && k + 1 < line.size() && line[k + 1] == '"')
-            cells.back() += line[++k];
-        else if (line[k] == '"')
-            quoted = !quoted;
-        else if (line[k] == ',' && !quoted)
-            cells.emplace_back();
-        else
-            cells.back() += line[k];
-    }
-    return cells;
-}
-
 const std::string point_columns =
     "x_m,y_m,z_m,nx,ny,nz,sky_lx,sun_lx,erc_lx,irc_lx,total_lx,total_r_lx,total_g_lx,total_b_lx,"
     "daylight_factor_percent";
@@ -74,8 +49,9 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
 
     std::vector<std::string> expected{"zones.json"};
     for (const std::string& backend : backends)
-        for (const char* name : {"nodes.csv", "patches.csv", "sensors.csv", "sensors/daylight_factor/work_plane.svg",
-                                 "sensors/illuminance/work_plane.svg", "solution.bin", "summary.json", "timings.json",
+        for (const char* name : {"nodes.csv", "patches.csv", "report.html", "scene.glb", "scene.vtp", "sensors.csv",
+                                 "sensors/daylight_factor/work_plane.svg", "sensors/illuminance/work_plane.svg", "solution.bin",
+                                 "summary.json", "timings.json",
                                  "views/to__window.exr", "views/to__window.png", "views/to__Window_2.exr",
                                  "views/to__Window_2.png"})
             expected.push_back(backend + "/" + name);

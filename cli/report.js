@@ -1,0 +1,72 @@
+"use strict";
+// Puts the report of a run together from the data embedded in the page.
+(() => {
+  const { list, record, finite, bytes_of, number, with_unit, plain, setting_text, element, section, table, details } = page;
+  const report = JSON.parse(document.getElementById("report").textContent), summary = report.summary;
+
+  const swatch = (channels) => {
+    const made = element("span", { class: "swatch" });
+    made.style.background = `rgb(${channels.join(",")})`;
+    return made;
+  };
+  const percent = (share, digits = 2) => with_unit(number(100 * share, digits), "%");
+  const facts = (pairs) => element("dl", { class: "facts" }, ...pairs.filter(([, value]) => value !== undefined).flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]));
+  const in_words = (name) => name.replaceAll("_", " ");
+
+  // Assumptions and provenance
+
+  {
+    const part = section("basis", "What was computed, and how");
+    const { scene, backend, options, outdoors, estimated_error: error } = summary, sun = outdoors.sun, quality = record(summary.quality);
+    const settings = Object.entries(record(backend.settings));
+    part.append(facts([
+      ["Scene", scene.name ? `${scene.name} (${scene.file})` : scene.file],
+      ["SHA-256 of the file", element("span", { class: "code" }, scene.sha256)],
+      ["Program", `naturel ${summary.naturel}, ${backend.name}, quality “${options.quality}”`],
+      ["Estimated error", error ? `${percent(error.relative_error)}: 95 % of ${error.points} sensors are estimated to be nearer than that (sampling ${percent(error.sampling)}, grid ${finite(error.grid) ? percent(error.grid) : "not estimated"}, direct light ${percent(error.direct)})` : "not estimated"],
+      ["Sky", `${in_words(outdoors.sky)}: ${report.sky_words}; ${with_unit(number(outdoors.horizontal_illuminance_lx, 4), "lx")} on the unobstructed horizontal plane`],
+      ["Sun", sun ? `altitude ${plain(sun.altitude_deg)}°, azimuth ${plain(sun.azimuth_deg)}° from north clockwise; ${with_unit(number(sun.direct_normal_illuminance_lx), "lx")} direct normal` : "none"],
+      ["Ground", `reflectance ${number(report.ground_reflectance, 2)}`],
+      ["Grid", `${summary.counts.patches} patches, ${summary.counts.nodes} nodes; cells up to ${with_unit(plain(options.grid_spacing_m), "m")}${options.grid_zones ? ", cut along sunspots and umbra zones" : ""}`],
+      ["Radiosity", quality.radiosity ? `${quality.radiosity.converged ? "converged" : "NOT converged"} after ${quality.radiosity.iterations} iterations; flux balance closed to ${percent(quality.flux.relative_gap)}` : undefined],
+    ]));
+    const tables = element("div", { class: "group" });
+    part.append(tables);
+    if (list(report.windows).length)
+      tables.append(table("Windows and glazing", [{ head: "Window" }, { head: "Area, m²" }, { head: "Glazing", words: true }, { head: "Transmittance, normal" }, { head: "Panes" }, { head: "Inner reflectance" }, { head: "Maintenance" }, { head: "Frame" }],
+        report.windows.map((window) => ({ cells: [window.name + (window.inner ? " (between rooms)" : ""), number(window.area_m2), window.glazing, number(window.normal_transmittance, 2), String(window.panes), number(window.inner_reflectance, 2), number(window.maintenance, 2), number(window.frame, 2)] })), report.windows.length > 12));
+    const glowing = report.materials.some((material) => material.exitance_lm_m2 > 0);
+    tables.append(table("Materials", [{ head: "Material" }, { head: "Reflectance" }, ...(glowing ? [{ head: "Emits, lm/m²" }] : [])],
+      report.materials.map((material) => ({ cells: [element("span", {}, swatch(material.colour), material.name), number(material.reflectance, 2), ...(glowing ? [number(material.exitance_lm_m2)] : [])] })), report.materials.length > 12));
+    part.append(element("h3", { class: "group" }, "Assumptions"), element("ul", { class: "assumptions" }, ...list(summary.assumptions).map((text) => element("li", {}, text))));
+    part.append(details("Every option", table("Options of the run", [{ head: "Option" }, { head: "Value", words: true }], Object.entries(options).map(([name, value]) => ({ cells: [in_words(name), setting_text(value)] }))),
+      ...(settings.length ? [table(`Options of the backend ${backend.name}`, [{ head: "Option" }, { head: "Value", words: true }], settings.map(([name, value]) => ({ cells: [in_words(name), setting_text(value)] })))] : [])));
+  }
+
+  report_surfaces(report);
+  report_sensors(report);
+
+  // Pictures
+
+  if (report.pictures.length) {
+    const part = section("pictures", "Pictures"), frame = element("div", { class: "pictures" });
+    for (const { view, file, png } of report.pictures) {
+      const shown = record(list(summary.views).find(({ id }) => id === view)), false_colour = file.includes("false_colour");
+      const note = false_colour ? "false colour" : finite(shown.png_white_cd_m2) ? `natural colours; ${with_unit(number(shown.png_white_cd_m2), "cd/m²")} is white` : "natural colours";
+      frame.append(element("figure", {}, element("figcaption", {}, view, element("span", {}, note)), element("img", { src: "data:image/png;base64," + png, alt: `View “${view}” in ${note}` })));
+    }
+    part.append(frame);
+  }
+
+  // Data
+
+  {
+    const part = section("data", "Data");
+    const link = element("a", { class: "button", download: "sensors.csv", href: URL.createObjectURL(new Blob([bytes_of(report.sensors_csv)], { type: "text/csv" })) }, "Save sensors.csv");
+    part.append(element("p", { class: "no-print" }, link), element("p", { class: "note" }, `Every sensor with all components, as the run wrote it. Beside this page lie ${list(summary.files).join(", ")} and summary.json.`));
+  }
+
+  addEventListener("beforeprint", () => {
+    for (const made of document.querySelectorAll("#basis details")) made.open = true;
+  });
+})();
