@@ -95,7 +95,7 @@ TEST_CASE("a run leaves every file of every backend, and nothing else", "[cli]")
             INFO(file);
             CHECK(files.contains(backend + "/" + file.get<std::string>()));
         }
-        CHECK(summary["files"].size() + 1 == 12);
+        CHECK(summary["files"].size() + 1 == 15);
         CHECK(nlohmann::json::parse(files.at(backend + "/timings.json"))["threads"].get<int>() >= 1);
     }
 }
