@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "core/aperture_light.h"
 #include "core/parallel.h"
@@ -67,11 +69,15 @@ public:
         dvec3 point_m() const { return ray.origin_m + distance_m * ray.direction; }
     };
 
+    /// Where a ray goes through an aperture: distance, and its number.
+    using Crossing = std::pair<double, std::size_t>;
+
     /// Memory of one thread.
     struct Scratch {
         std::vector<FacetId> seen;  ///< by the samples of a band
         std::vector<Sample> samples;
         std::vector<double> weights;
+        std::vector<Crossing> crossings;
         FormFactorRow row;
     };
 
@@ -158,7 +164,7 @@ private:
                     sample.illuminance_lx = interpolated_lx(sample.look.patch, sample.point_m(), scratch.weights);
 
         Sums sums;
-        for (const Sample& sample : scratch.samples) add(sample, sums);
+        for (const Sample& sample : scratch.samples) add(sample, scratch, sums);
         const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width) + static_cast<std::size_t>(column);
         if (sums.shown > 0) picture.luminance_cd_m2[pixel] = 1.0 / sums.shown * sums.luminance_cd_m2;
         const Band3 none = grey(std::numeric_limits<double>::quiet_NaN());
@@ -186,7 +192,7 @@ private:
             look.kind = facet.environment == Environment::indoor ? Look::Kind::indoors : Look::Kind::building;
             look.patch = grid_.patch_at(facet.face, ray.origin_m + distance_m * ray.direction);
         }
-        each_crossing(ray, reach.begin_m, distance_m, [&](std::size_t k) { look.through += std::uint64_t{0x9e3779b97f4a7c15} * (k + 1); });
+        each_crossing(ray, reach.begin_m, distance_m, [&](std::size_t k, double) { look.through += std::uint64_t{0x9e3779b97f4a7c15} * (k + 1); });
         return look;
     }
 
@@ -194,7 +200,7 @@ private:
         return glm::dot(facet.normal, facet.vertices_m[0] - ray.origin_m) / glm::dot(facet.normal, ray.direction);
     }
 
-    void add(const Sample& sample, Sums& sums) const {
+    void add(const Sample& sample, Scratch& scratch, Sums& sums) const {
         const Look& seen = sample.look;
         const Camera::Ray& ray = sample.ray;
         if (seen.kind == Look::Kind::nothing) return;
@@ -212,13 +218,27 @@ private:
             luminance = outdoor_luminance(solution_.outdoors, building_, grid_, ray.origin_m, ray.direction, seen.facet).total() +
                         sample.sun_cd_m2 * solution_.outdoors.sun_colour;
         }
-        if (seen.through != 0) {
-            each_crossing(ray, camera_.reach(ray).begin_m, sample.distance_m, [&](std::size_t k) {
-                const Opening& opening = apertures_.openings()[k];
-                luminance = luminance * opening.glazing.transmittance(std::min(1.0, std::abs(glm::dot(opening.normal, ray.direction))));
-            });
-        }
+        if (seen.through != 0) luminance = through_panes(luminance, ray, sample.distance_m, scratch.crossings);
         sums.luminance_cd_m2 += count * luminance;
+    }
+
+    /// What is left of a luminance behind panes, and what the panes themselves send back into the room.
+    Band3 through_panes(Band3 luminance, const Camera::Ray& ray, double distance_m, std::vector<Crossing>& crossings) const {
+        crossings.clear();
+        each_crossing(ray, camera_.reach(ray).begin_m, distance_m,
+                      [&](std::size_t k, double crossing_m) { crossings.push_back({crossing_m, k}); });
+        std::ranges::sort(crossings, std::greater<>());
+        for (const auto& [crossing_m, k] : crossings) {
+            const Opening& opening = apertures_.openings()[k];
+            const double slope = glm::dot(opening.normal, ray.direction);
+            luminance = luminance * opening.glazing.transmittance(std::min(1.0, std::abs(slope)));
+            std::optional<FaceId> side = building_.apertures[k].face;  // that of the room
+            if (slope >= 0.0) side = building_.faces[index(*side)].other_side;
+            if (!side) continue;
+            const PatchId patch = grid_.patch_at(*side, ray.origin_m + crossing_m * ray.direction);
+            if (patch != PatchId::none) luminance += 1.0 / pi * solution_.radiosity.exitance_lm_m2[index(patch)].total();
+        }
+        return luminance;
     }
 
     template <class Tell>
@@ -226,7 +246,7 @@ private:
         const std::span<const Opening> openings = apertures_.openings();
         for (std::size_t k = 0; k < openings.size(); ++k) {
             const auto crossing_m = openings[k].crossing_m(ray.origin_m, ray.direction);
-            if (crossing_m && *crossing_m >= begin_m && *crossing_m < end_m) tell(k);
+            if (crossing_m && *crossing_m >= begin_m && *crossing_m < end_m) tell(k, *crossing_m);
         }
     }
 

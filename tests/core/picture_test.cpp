@@ -14,6 +14,7 @@
 
 using namespace naturel;
 using namespace naturel::tests;
+using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
 using glm::dvec3;
 
@@ -37,6 +38,7 @@ struct Painted {
             solution.nodes.emplace_back();
             solution.nodes.back().direct.sky_lx = grey(light_lx(grid, node));
         }
+        solution.radiosity.exitance_lm_m2.resize(grid.gather_patch_count);
     }
 
     Picture draw(const View& view) const { return draw_view(scene, building, grid, *visibility, solution, view, quiet()); }
@@ -344,6 +346,7 @@ TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye",
     // In the sun, and out of it; level, and up. The sun is a point: where the cosine falls fast, it should be that of the sun, not of
     // the middle of its pixel.
     Scene scene = sunny_room();
+    scene.glazings[1].inner_reflectance = grey(0.2);
     scene.sensors = {{.id = "eye", .points = {{{1.3, 1.2, 1.1}, {0, -1, 0}}, {{0.4, 3, 1.2}, glm::normalize(dvec3(1, -1, 0))}, {{0.5, 3, 1.1}, {0, 0, 1}}}}};
     const Painted painted = solved(scene, backend);
     CHECK(painted.solution.sensor_values[0].direct.sun_lx.g > 10000);
@@ -359,6 +362,24 @@ TEST_CASE("a fisheye picture adds up to the illuminance of a sensor at its eye",
             CHECK_THAT(illuminance_lx(painted.draw(view), view), WithinRel(painted.solution.sensor_values[s].total_lx().g, 5e-3));
         }
     }
+}
+
+TEST_CASE("a pane adds what it sends back into the room, to who looks from there", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    Painted painted(sunny_room(), backend, smooth_lx);
+    const View inside{.id = "", .from_m = {1.5, 2, 1.55}, .to_m = {1.5, 0, 1.55}, .field_of_view_rad = 0.1, .width = 3, .height = 3, .samples = 2};
+    View outside = inside;
+    std::swap(outside.from_m, outside.to_m);
+    outside.from_m.y = -2;
+    const Band3 dark = painted.draw(inside).luminance_cd_m2[4], from_outside = painted.draw(outside).luminance_cd_m2[4];
+    for (std::size_t p = painted.grid.indoor_patch_count; p < painted.grid.gather_patch_count; ++p)
+        painted.solution.radiosity.exitance_lm_m2[p].sky = Band3{100 * pi, 200 * pi, 300 * pi};
+    const Band3 bright = painted.draw(inside).luminance_cd_m2[4];
+    // Exact but for the rounding of a sum of thousands of cd/m2.
+    CHECK_THAT(bright.r - dark.r, WithinAbs(100, 1e-8));
+    CHECK_THAT(bright.b - dark.b, WithinAbs(300, 1e-8));
+    CHECK(painted.draw(outside).luminance_cd_m2[4] == from_outside);
 }
 
 TEST_CASE("a gathered pixel shows what a sensor at its point measures", "[picture][embree]") {
