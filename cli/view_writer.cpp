@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 
 #include "cli/choices.h"
 #include "cli/false_colour.h"
@@ -13,6 +14,7 @@
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
 #include "cli/radiance_picture.h"
+#include "core/parallel.h"
 #include "core/sky_models.h"
 
 namespace naturel {
@@ -125,6 +127,44 @@ std::string encode(ImageFormat format, const Result& result, const View& view, c
     return encode_png(screen, picture.coverage, metadata);
 }
 
+/// Pictures wait for their encoding until they have so many pixels (76 bytes each): encoding one file takes one thread.
+constexpr std::size_t encoded_together = 4'000'000;
+
+struct DrawnView {
+    const View& view;
+    const std::string& stem;
+    Picture picture;
+    ScreenPicture screen{};
+    std::optional<ViewGlare> glare{};
+};
+
+/// The files of views, encoded in parallel and written in order.
+void write_files(const Result& result, const std::filesystem::path& folder, std::span<DrawnView> views, std::vector<WrittenView>& written) {
+    parallel_for(views.size(), 1, [&](std::size_t k) {
+        views[k].screen = map_to_screen(views[k].picture, result.primaries, views[k].view.picture, result.solution.outdoors.sky_colour);
+    });
+    const PictureFiles& wanted = result.options.picture_files;
+    const bool false_colour = wanted.false_colour.quantity != FalseColourQuantity::none;
+    const std::size_t files_of_view = wanted.formats.size() + (false_colour ? 1 : 0);
+    std::vector<std::string> bytes(views.size() * files_of_view);
+    parallel_for(bytes.size(), 1, [&](std::size_t n) {
+        const DrawnView& drawn = views[n / files_of_view];
+        const ImageMetadata metadata = image_metadata(result, drawn.view);
+        const std::size_t file = n % files_of_view;
+        bytes[n] = file < wanted.formats.size()
+                       ? encode(wanted.formats[file], result, drawn.view, drawn.picture, drawn.screen, metadata)
+                       : false_colour_png(result, drawn.view, drawn.picture, metadata);
+    });
+    for (std::size_t k = 0; k < views.size(); ++k) {
+        std::vector<std::string> files;
+        for (const ImageFormat format : wanted.formats) files.push_back(fmt::format("views/{}.{}", views[k].stem, name_of(image_formats, format)));
+        if (false_colour) files.push_back(fmt::format("views/false_colour/{}.png", views[k].stem));
+        for (std::size_t file = 0; file < files.size(); ++file) write_file(folder / files[file], bytes[k * files_of_view + file]);
+        written.push_back({views[k].view.id, std::move(files), views[k].screen.white_luminance_cd_m2, views[k].view.picture,
+                           std::move(views[k].glare)});
+    }
+}
+
 }  // namespace
 
 void prepare_view_folders(const Scene& scene, const PictureFiles& files, const std::filesystem::path& folder) {
@@ -136,27 +176,22 @@ void prepare_view_folders(const Scene& scene, const PictureFiles& files, const s
 
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder,
                                      Progress& progress) {
-    std::vector<WrittenView> written;
+    const std::vector<View>& views = result.scene.views;
     std::vector<std::string> ids;
-    for (const View& view : result.scene.views) ids.push_back(view.id);
+    for (const View& view : views) ids.push_back(view.id);
     const std::vector<std::string> stems = file_stems(ids);
-    for (std::size_t k = 0; k < stems.size(); ++k) {
-        const View& view = result.scene.views[k];
-        const Picture picture = draw_view(result.scene, result.building, result.grid, result.visibility,
-                                          result.solution, view, progress);
-        const ScreenPicture screen = map_to_screen(picture, result.primaries, view.picture,
-                                                   result.solution.outdoors.sky_colour);
-        const ImageMetadata metadata = image_metadata(result, view);
-        std::vector<std::string> files;
-        for (const ImageFormat format : result.options.picture_files.formats) {
-            files.push_back(fmt::format("views/{}.{}", stems[k], name_of(image_formats, format)));
-            write_file(folder / files.back(), encode(format, result, view, picture, screen, metadata));
-        }
-        if (result.options.picture_files.false_colour.quantity != FalseColourQuantity::none) {
-            files.push_back(fmt::format("views/false_colour/{}.png", stems[k]));
-            write_file(folder / files.back(), false_colour_png(result, view, picture, metadata));
-        }
-        written.push_back({view.id, std::move(files), screen.white_luminance_cd_m2, view.picture, judge_glare(result, view, picture, progress)});
+    std::vector<WrittenView> written;
+    std::vector<DrawnView> drawn;
+    std::size_t pixels = 0;
+    for (std::size_t k = 0; k < views.size(); ++k) {
+        drawn.push_back({.view = views[k], .stem = stems[k],
+                         .picture = draw_view(result.scene, result.building, result.grid, result.visibility, result.solution, views[k], progress)});
+        drawn.back().glare = judge_glare(result, views[k], drawn.back().picture, progress);
+        pixels += drawn.back().picture.luminance_cd_m2.size();
+        if (pixels < encoded_together && k + 1 < views.size()) continue;
+        write_files(result, folder, drawn, written);
+        drawn.clear();
+        pixels = 0;
     }
     return written;
 }
