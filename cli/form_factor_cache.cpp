@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <optional>
 
+#include "cli/file_reader.h"
 #include "cli/file_writer.h"
 #include "cli/fingerprint.h"
 #include "core/errors.h"
@@ -59,9 +59,13 @@ std::optional<FormFactorRows> rows_of_bytes(std::string_view bytes, std::size_t 
     return rows;
 }
 
-std::string content_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+/// Nothing where the file is damaged, or cannot be read: another process may just have removed it.
+std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, std::size_t count) {
+    try {
+        return rows_of_bytes(file_content(file), count);
+    } catch (const InputError&) {
+        return {};
+    }
 }
 
 /// Removes what was used longest ago, `kept` never. Another process may do the same at the same time: what is gone is gone.
@@ -115,7 +119,7 @@ public:
             cache_.folder / (form_factor_key(building_, grid_, *seen_, count, with_errors) + std::string(ending));
         std::error_code error;
         if (std::filesystem::exists(file, error)) {
-            if (auto rows = rows_of_bytes(content_of(file), count)) {
+            if (auto rows = rows_of_file(file, count)) {
                 std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
                 return std::move(*rows);
             }

@@ -17,6 +17,7 @@
 #include "core/errors.h"
 #include "core/sky_models.h"
 #include "core/picture_reader.h"
+#include "core/view_reader.h"
 
 namespace naturel {
 namespace {
@@ -500,9 +501,9 @@ void add_render_options(CLI::App& app, RenderOptions& options) {
     app.add_flag("--quiet", options.quiet, "no progress on the terminal");
     constexpr auto view_group = "Instead of what the views say";
     app.add_option("--width", options.width, "of the pictures; their height follows unless given")
-        ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
+        ->type_name("PIXELS")->check(within(1, most_pixels_per_side))->group(view_group);
     app.add_option("--height", options.height, "of the pictures; their width follows unless given")
-        ->type_name("PIXELS")->check(within(1, 16384))->group(view_group);
+        ->type_name("PIXELS")->check(within(1, most_pixels_per_side))->group(view_group);
     app.add_option("--samples", options.samples, "rays along each side of a pixel")
         ->type_name("N")->check(within(1, 16))->group(view_group);
     add_picture_overrides(app, options.picture);

@@ -18,6 +18,7 @@ void replace_by_options(Scene& scene, const RunOptions& options) {
     if (options.direct_method) scene.direct.method = *options.direct_method;
     if (options.direct_tolerance) scene.direct.tolerance = *options.direct_tolerance;
     for (View& view : scene.views) options.picture.apply_to(view.picture);
+    options.picture.apply_to(scene.picture);
 }
 
 Scene read_scene_file(const RunOptions& options, std::vector<SourceFile>& sources) {

@@ -22,8 +22,9 @@ void append_views(const std::string& text, const std::string& where, const Scene
     const JsonDocument document(text, where);
     const JsonValue root = document.root();
     const std::vector<JsonValue> items = root.kind() == JsonKind::list ? root.items() : std::vector{root};
+    if (items.empty()) root.refuse("the list is empty (at least one view is needed)");
     for (const JsonValue& item : items)
-        views.push_back(read_view(item, read_id(SceneObject(item, scene_keys::view).at("id")), {}, scene));
+        views.push_back(read_view(item, read_id(SceneObject(item, scene_keys::view).at("id")), scene));
 }
 
 std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene) {
@@ -57,13 +58,11 @@ void replace(const RenderOptions& options, View& view) {
     options.picture.apply_to(view.picture);
     if (options.samples) view.samples = *options.samples;
     const double ratio = static_cast<double>(view.height) / view.width;
-    const auto pixels = [](double count) { return std::clamp(static_cast<int>(std::lround(count)), 1, 16384); };
+    const auto pixels = [](double count) { return std::clamp(static_cast<int>(std::lround(count)), 1, most_pixels_per_side); };
     if (options.width) view.width = *options.width, view.height = pixels(ratio * view.width);
     if (options.height) view.height = *options.height, view.width = options.width ? *options.width : pixels(view.height / ratio);
-    // As for views of scene files.
-    constexpr double most_megapixels = 64.0;
     if (1e-6 * view.width * view.height > most_megapixels)
-        throw InputError("--width", fmt::format("the picture of view {} would have {} x {} pixels (at most {:.0f} million)",
+        throw InputError(options.width ? "--width" : "--height", fmt::format("the picture of view {} would have {} x {} pixels (at most {:.0f} million)",
                                                 in_quotes(view.id), view.width, view.height, most_megapixels));
 }
 
@@ -87,6 +86,8 @@ void render(const RenderOptions& options, Progress& progress) {
     const Result result{run.options, scene, building, grid, *visibility, run.solution, primaries};
     const std::vector<WrittenView> views = write_views(result, options.out, progress);
     const std::vector<ViewGlare> glare = glare_of(views);
+    std::error_code absent;
+    std::filesystem::remove(options.out / glare_file_name, absent);
     if (!glare.empty()) write_file(options.out / glare_file_name, glare_json(glare));
     std::string account = glare_account(glare);
     for (const WrittenView& view : views)

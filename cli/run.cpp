@@ -9,6 +9,7 @@
 
 #include "cli/colour_notes.h"
 #include "cli/csv_writer.h"
+#include "cli/file_reader.h"
 #include "cli/file_writer.h"
 #include "cli/forecast.h"
 #include "cli/glb_writer.h"
@@ -79,8 +80,7 @@ std::vector<ReportPicture> report_pictures(const std::vector<WrittenView>& views
     for (const WrittenView& view : views)
         for (const std::string& file : view.files) {
             if (!file.ends_with(".png")) continue;
-            std::ifstream stream(folder / file, std::ios::binary);
-            pictures.push_back({view.id, file, std::string(std::istreambuf_iterator<char>(stream), {})});
+            pictures.push_back({view.id, file, file_content(folder / file)});
         }
     return pictures;
 }

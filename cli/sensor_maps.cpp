@@ -78,6 +78,9 @@ std::vector<Lattice> lattices_of(const Cells& cells, const std::vector<double>& 
         }
         if (inside.empty()) continue;
         const auto steps = [&](double length_m) { return static_cast<int>(std::lround(length_m / cells.spacing_m)); };
+        // Of points that are far apart and not in rows.
+        constexpr double most_lattice_points = 4e6;
+        if (extent_m.size().x * extent_m.size().y > most_lattice_points * cells.spacing_m * cells.spacing_m) continue;
         Lattice lattice{extent_m.low, steps(extent_m.size().x) + 1, steps(extent_m.size().y) + 1, {}};
         lattice.field.assign(static_cast<std::size_t>(lattice.columns) * static_cast<std::size_t>(lattice.rows),
                              std::numeric_limits<double>::quiet_NaN());

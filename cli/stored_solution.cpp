@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
 #include "cli/choices.h"
+#include "cli/file_reader.h"
 #include "cli/little_endian.h"
 #include "core/errors.h"
 #include "core/ground_light.h"
@@ -138,17 +138,27 @@ RunOptions options_of(const Json& json) {
     return options;
 }
 
+Json picture_json(const PictureOptions& picture) {
+    return {{"exposure", name_of(exposure_modes, picture.exposure.mode)},
+            {"exposure_value", picture.exposure.value},
+            {"tone_mapping", name_of(tone_mappings, picture.tone_mapping)},
+            {"white_point", name_of(white_points, picture.white_point)}};
+}
+
+PictureOptions picture_of(const Json& json) {
+    return {.exposure = {choice_of(exposure_modes, json.at("exposure")), json.at("exposure_value").get<double>()},
+            .tone_mapping = choice_of(tone_mappings, json.at("tone_mapping")),
+            .white_point = choice_of(white_points, json.at("white_point"))};
+}
+
 /// What options of the command line may have replaced in the scene.
 Json replaced_json(const Scene& scene) {
     Json pictures = Json::array();
-    for (const View& view : scene.views)
-        pictures.push_back({{"exposure", name_of(exposure_modes, view.picture.exposure.mode)},
-                            {"exposure_value", view.picture.exposure.value},
-                            {"tone_mapping", name_of(tone_mappings, view.picture.tone_mapping)},
-                            {"white_point", name_of(white_points, view.picture.white_point)}});
+    for (const View& view : scene.views) pictures.push_back(picture_json(view.picture));
     return {{"grid_spacing_m", scene.grid.spacing_m},
             {"direct_method", name_of(direct_methods, scene.direct.method)},
             {"direct_tolerance", scene.direct.tolerance},
+            {"picture", picture_json(scene.picture)},
             {"pictures", pictures}};
 }
 
@@ -158,12 +168,8 @@ void replace(const Json& json, Scene& scene) {
     scene.direct.tolerance = json.at("direct_tolerance").get<double>();
     const Json& pictures = json.at("pictures");
     if (pictures.size() != scene.views.size()) throw std::out_of_range("another number of views");
-    for (std::size_t k = 0; k < scene.views.size(); ++k) {
-        PictureOptions& picture = scene.views[k].picture;
-        picture.exposure = {choice_of(exposure_modes, pictures[k].at("exposure")), pictures[k].at("exposure_value").get<double>()};
-        picture.tone_mapping = choice_of(tone_mappings, pictures[k].at("tone_mapping"));
-        picture.white_point = choice_of(white_points, pictures[k].at("white_point"));
-    }
+    for (std::size_t k = 0; k < scene.views.size(); ++k) scene.views[k].picture = picture_of(pictures[k]);
+    scene.picture = picture_of(json.at("picture"));
 }
 
 Json radiosity_json(const RadiositySolution& radiosity) {
@@ -173,6 +179,11 @@ Json radiosity_json(const RadiositySolution& radiosity) {
             {"flux_in_lm", numbers_of(radiosity.flux_in_lm)},
             {"flux_absorbed_lm", numbers_of(radiosity.flux_absorbed_lm)},
             {"flux_lost_lm", numbers_of(radiosity.flux_lost_lm)}};
+}
+
+std::size_t count_of(const Json& json) {
+    if (!json.is_number_unsigned()) throw std::out_of_range("not a count");
+    return json.get<std::size_t>();
 }
 
 /// Takes the parts of a file off its front. What is missing is std::out_of_range.
@@ -188,7 +199,7 @@ public:
     }
     template <class T>
     std::vector<T> take_array(const Json& count) {
-        const auto n = count.get<std::size_t>();
+        const std::size_t n = count_of(count);
         if (n > rest_.size() / sizeof(T)) throw std::out_of_range("the end is missing");
         std::vector<T> values(n);
         if (n > 0) std::memcpy(static_cast<void*>(values.data()), take(n * sizeof(T)).data(), n * sizeof(T));
@@ -198,16 +209,6 @@ public:
 private:
     std::string_view rest_;
 };
-
-std::string content_of(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::exists(file, error))
-        throw InputError(file.string(), "there is no such file (give the folder that \"naturel run\" wrote for a backend, e.g. out/embree)");
-    std::ifstream stream(file, std::ios::binary);
-    std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-    if (!stream) throw InputError(file.string(), "cannot be read (check its permissions)");
-    return bytes;
-}
 
 /// The first line says what the file is and how the rest of it must look. Returns the rest.
 std::string_view checked_rest(std::string_view bytes, const std::string& file) {
@@ -265,7 +266,9 @@ std::string stored_solution(const Result& result, std::span<const SourceFile> so
 StoredRun read_stored_solution(const std::filesystem::path& result, const Progress& progress) {
     std::error_code error;
     const std::filesystem::path file = std::filesystem::is_directory(result, error) ? result / stored_solution_name : result;
-    const std::string bytes = content_of(file);
+    if (!std::filesystem::exists(file, error))
+        throw InputError(file.string(), "there is no such file (give the folder that \"naturel run\" wrote for a backend, e.g. out/embree)");
+    const std::string bytes = file_content(file);
     Parts parts(checked_rest(bytes, file.string()));
     try {
         std::uint64_t header_bytes = 0;
@@ -276,7 +279,7 @@ StoredRun read_stored_solution(const std::filesystem::path& result, const Progre
 
         std::vector<SourceFile> sources;
         for (const Json& source : header.at("sources"))
-            sources.push_back({source.at("name").get<std::string>(), std::string(parts.take(source.at("bytes").get<std::size_t>()))});
+            sources.push_back({source.at("name").get<std::string>(), std::string(parts.take(count_of(source.at("bytes"))))});
         if (sources.empty()) throw std::out_of_range("no scene");
         options.scene = sources.front().name;
         Scene read = read_scene_sources(sources, scene_defaults(options.quality));

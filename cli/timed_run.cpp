@@ -9,11 +9,10 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "cli/file_reader.h"
 #include "cli/guarded.h"
 #include "cli/run.h"
 #include "core/errors.h"
@@ -22,11 +21,6 @@
 
 namespace naturel {
 namespace {
-
-std::string content_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 /// A folder of results that goes when this object does.
 class RunFolder {
@@ -120,22 +114,22 @@ MeasuredRun timed_run(const RunOptions& options, const std::filesystem::path& fo
 
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : static_cast<int>(ExitCode::internal_fault);
     if (code != static_cast<int>(ExitCode::done) && code != static_cast<int>(ExitCode::not_converged)) {
-        std::fputs(content_of(words).c_str(), stderr);
+        std::fputs(file_content(words).c_str(), stderr);
         if (WIFSIGNALED(status)) std::fprintf(stderr, "naturel: a timed run was ended by signal %d\n", WTERMSIG(status));
         throw FailedRun{static_cast<ExitCode>(code)};
     }
     MeasuredRun run{.backend = options.backend, .threads = options.threads,
                     .converged = code == static_cast<int>(ExitCode::done)};
     const std::filesystem::path of_backend = folder / options.backend;
-    read_timings(run, nlohmann::json::parse(content_of(of_backend / "timings.json")));
-    const auto summary = nlohmann::json::parse(content_of(of_backend / "summary.json"));
+    read_timings(run, nlohmann::json::parse(file_content(of_backend / "timings.json")));
+    const auto summary = nlohmann::json::parse(file_content(of_backend / "summary.json"));
     run.patches = summary.at("counts").at("patches");
     run.grid_spacing_m = summary.at("options").at("grid_spacing_m");
     const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
     run.load = foreign_load(before, after, seconds(used.ru_utime) + seconds(used.ru_stime));
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
         if (entry.is_regular_file() && entry.path().filename() != "timings.json")
-            run.hashes[entry.path().lexically_relative(folder).string()] = sha256_hex(content_of(entry.path()));
+            run.hashes[entry.path().lexically_relative(folder).string()] = sha256_hex(file_content(entry.path()));
     return run;
 }
 

@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "cli/build_description.h"
+#include "cli/file_reader.h"
 #include "cli/file_writer.h"
 #include "cli/json_text.h"
 #include "cli/timed_run.h"
@@ -23,12 +22,6 @@
 
 namespace naturel {
 namespace {
-
-std::string sha256_of(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) throw InputError(file.string(), "cannot be read");
-    return sha256_hex(std::string{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()});
-}
 
 /// The runs of one repeat, in the order in which they follow each other.
 std::vector<RunOptions> runs_of_repeat(const TimingOptions& options, const std::map<std::string, double>& spacing_m, Scaling scaling) {
@@ -74,7 +67,7 @@ std::string account(const TimingFigures& figures) {
 }  // namespace
 
 ExitCode time_runs(const TimingOptions& options, Progress& progress) try {
-    TimingStudy study{.scene = options.run.scene.filename().string(), .scene_sha256 = sha256_of(options.run.scene), .command = options.command,
+    TimingStudy study{.scene = options.run.scene.filename().string(), .scene_sha256 = sha256_hex(file_content(options.run.scene)), .command = options.command,
                       .machine = describe_machine(), .threads = options.threads, .repeats = static_cast<std::size_t>(options.repeats)};
     study.machine.software = build_description();
     make_writable_folder(options.run.out);

@@ -31,7 +31,8 @@ bool ViewGlare::simplified_valid() const {
 }
 
 std::optional<ViewGlare> judge_glare(const Result& result, const View& view, const Picture& picture, Progress& progress) {
-    if (view.kind != ViewKind::fisheye || view.field_of_view_rad < pi - 1e-6 || !view.cut_planes.empty() || view.width != view.height)
+    if (view.kind != ViewKind::fisheye || view.field_of_view_rad < pi - 1e-6 || !view.cut_planes.empty() ||
+        view.see_through != SeeThrough::nothing || view.width != view.height)
         return {};
     const Camera camera = make_camera(view);
     // The eye is a sensor that looks along the view.

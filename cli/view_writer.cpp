@@ -127,7 +127,7 @@ std::string encode(ImageFormat format, const Result& result, const View& view, c
     return encode_png(screen, picture.coverage, metadata);
 }
 
-/// Pictures wait for their encoding until they have so many pixels (76 bytes each): encoding one file takes one thread.
+/// Pictures of so many pixels (76 bytes each) wait for their encoding together: encoding one file takes one thread.
 constexpr std::size_t encoded_together = 4'000'000;
 
 struct DrawnView {
@@ -183,16 +183,20 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
     std::vector<WrittenView> written;
     std::vector<DrawnView> drawn;
     std::size_t pixels = 0;
-    for (std::size_t k = 0; k < views.size(); ++k) {
-        drawn.push_back({.view = views[k], .stem = stems[k],
-                         .picture = draw_view(result.scene, result.building, result.grid, result.visibility, result.solution, views[k], progress)});
-        drawn.back().glare = judge_glare(result, views[k], drawn.back().picture, progress);
-        pixels += drawn.back().picture.luminance_cd_m2.size();
-        if (pixels < encoded_together && k + 1 < views.size()) continue;
+    const auto write_drawn = [&] {
         write_files(result, folder, drawn, written);
         drawn.clear();
         pixels = 0;
+    };
+    for (std::size_t k = 0; k < views.size(); ++k) {
+        const std::size_t more = static_cast<std::size_t>(views[k].width) * static_cast<std::size_t>(views[k].height);
+        if (pixels > 0 && pixels + more > encoded_together) write_drawn();
+        drawn.push_back({.view = views[k], .stem = stems[k],
+                         .picture = draw_view(result.scene, result.building, result.grid, result.visibility, result.solution, views[k], progress)});
+        drawn.back().glare = judge_glare(result, views[k], drawn.back().picture, progress);
+        pixels += more;
     }
+    write_drawn();
     return written;
 }
 

@@ -20,9 +20,11 @@ namespace {
 
 using glm::dvec3;
 
-/// Rows of pixels that are drawn at a time: the facets of their samples are all that is in memory. A power of two: blocks as high
-/// as this are halved down to pixels.
-constexpr int band_rows = 8;
+/// Rows of pixels that are drawn at a time, at most: the facets of their samples are all that is in memory. A power of two: blocks as
+/// high as this are halved down to pixels.
+constexpr int most_band_rows = 8;
+/// Of one band; 8 bytes each where a z-buffer finds them.
+constexpr std::int64_t most_band_samples = 4'000'000;
 
 /// Points on surfaces are lifted off them by this for gathering, as sensors are.
 constexpr double touching_m = 1e-5;
@@ -120,8 +122,9 @@ private:
     std::optional<Look> look_of_all(const Block& block, int first_row, const Scratch& scratch) const {
         const int n = samples_per_side_, left = block.column * n, top = block.row * n;
         const int right = left + block.columns * n - 1, bottom = top + block.rows * n - 1;
-        // What one plane shows of a rectangle of a flat picture is convex, and so are patches and the parts of apertures. In a round
-        // one this holds for what is small.
+        // What one plane shows of a rectangle of a flat picture is convex, and so are patches and the parts of apertures: what all
+        // corners show fills the block. In a round one this holds for what is small. A pane that stands free and has all of its
+        // outline within a block is looked for in its middle, too.
         const bool flat = camera_.kind == ViewKind::perspective || camera_.kind == ViewKind::parallel;
         if (!flat && (block.columns > 1 || block.rows > 1)) return {};
         if (!camera_.cut_planes.empty()) return {};  // solids may be cut anywhere
@@ -135,6 +138,7 @@ private:
         if (first.kind == Look::Kind::sky && !solution_.outdoors.sky.is_smooth()) return {};
         if (direct_ && !grid_.follows_zones && solution_.outdoors.direct_normal_illuminance_lx > 0.0) return {};
         if (first != corner(right, top) || first != corner(left, bottom) || first != corner(right, bottom)) return {};
+        if (first != corner((left + right) / 2, (top + bottom) / 2)) return {};
         return first;
     }
 
@@ -351,6 +355,8 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
                     .illuminance_lx = std::vector<Band3>(pixels),
                     .sky_illuminance_lx = std::vector<Band3>(pixels),
                     .coverage = std::vector<float>(pixels)};
+    int band_rows = most_band_rows;
+    while (band_rows > 1 && std::int64_t{band_rows} * n * samples.width > most_band_samples) band_rows /= 2;
     ThreadScratch<Painter::Scratch> scratches;
     const auto bands = static_cast<std::size_t>((view.height + band_rows - 1) / band_rows);
     parallel_stage("picture", bands, 1, progress, [&](std::size_t band) {

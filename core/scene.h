@@ -251,6 +251,7 @@ struct Scene {
     DirectOptions direct{};
     PrimariesDescription primaries{};
     std::vector<SensorSet> sensors{};
+    PictureOptions picture{};  ///< of views that do not say otherwise
     std::vector<View> views{};
     std::string source_sha256{};  ///< of the file's bytes, hex; identifies the input in results
 };

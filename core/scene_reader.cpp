@@ -348,10 +348,9 @@ Scene read_document(const JsonDocument& document, SideFiles& files, const SceneD
     for (const JsonValue& value : read_list(root, "sensors", "sensor sets")) {
         scene.sensors.push_back(read_sensors(value, sensor_ids, indoor_area_m2, sensor_budget));
     }
-    PictureOptions picture;
-    if (const auto value = root.find("picture")) read_picture(*value, picture);
+    if (const auto value = root.find("picture")) read_picture(*value, scene.picture);
     for (const JsonValue& value : read_list(root, "views", "views"))
-        scene.views.push_back(read_view(value, view_ids.read(SceneObject(value, scene_keys::view).at("id")), picture, scene));
+        scene.views.push_back(read_view(value, view_ids.read(SceneObject(value, scene_keys::view).at("id")), scene));
     return scene;
 }
 

@@ -21,7 +21,7 @@ using glm::dvec3;
 /// The words of "kind". Plans and sections are parallel views that the scene frames.
 enum class KindWord { perspective, parallel, fisheye, panorama, plan, section };
 
-constexpr Range pixels{1, 16384, "pixels"};
+constexpr Range pixels{1, most_pixels_per_side, "pixels"};
 constexpr Range width_range{0.001, 1e5, "m"};
 
 /// Of what a plan or a section is fitted to, on each side, as a share of its size.
@@ -137,7 +137,7 @@ std::vector<CutPlane> read_cut_planes(const JsonValue& value) {
 
 }  // namespace
 
-View read_view(const JsonValue& value, const std::string& id, const PictureOptions& picture, const Scene& scene) {
+View read_view(const JsonValue& value, const std::string& id, const Scene& scene) {
     const SceneObject object(value, scene_keys::view);
     View view;
     view.id = id;
@@ -205,10 +205,8 @@ View read_view(const JsonValue& value, const std::string& id, const PictureOptio
         view.quality = read_word<PictureQuality>(
             *quality, {{"interpolated", PictureQuality::interpolated}, {"gather", PictureQuality::gather}});
     }
-    view.picture = picture;
+    view.picture = scene.picture;
     if (const auto own = object.find("picture")) read_picture(*own, view.picture);
-    // Three colours of three bands and a share are 76 bytes per pixel: 4.9 GB while it is drawn.
-    constexpr double most_megapixels = 64.0;
     const double megapixels = 1e-6 * view.width * view.height;
     if (megapixels > most_megapixels) {
         value.refuse(fmt::format("the picture has {} x {} pixels, {:.1f} million (at most {:.0f} million)",

@@ -6,7 +6,11 @@
 
 namespace naturel {
 
-/// A view of a scene file. picture: how it is shown unless it says otherwise. scene: what plans and sections are fitted to.
-View read_view(const JsonValue& value, const std::string& id, const PictureOptions& picture, const Scene& scene);
+/// Of one picture: 76 bytes per pixel while it is drawn (three colours of three bands, and a share), about 140 while it is encoded.
+inline constexpr double most_megapixels = 64.0;
+inline constexpr int most_pixels_per_side = 16384;
+
+/// A view of a scene file. scene: what plans and sections are fitted to, and how pictures are shown that do not say otherwise.
+View read_view(const JsonValue& value, const std::string& id, const Scene& scene);
 
 }  // namespace naturel

@@ -114,7 +114,7 @@ TEST_CASE("a series answers without the sun as a calculation of its own", "[sky_
     }
 }
 
-TEST_CASE("skies of every kind are met within the tolerance of direct light", "[sky_series]") {
+TEST_CASE("skies of every kind are met within the tolerance of direct light", "[sky_series][slow]") {
     const Backend backend = all_backends().back();
     Room room(room_with_window(), backend);
     std::vector<Scene> variants = variants_of(room.scene);
@@ -137,7 +137,7 @@ TEST_CASE("skies of every kind are met within the tolerance of direct light", "[
     }
 }
 
-TEST_CASE("answers of a series do not depend on what is solved with them", "[sky_series][determinism]") {
+TEST_CASE("answers of a series do not depend on what is solved with them", "[sky_series][determinism][slow]") {
     Room room(room_with_window(), all_backends().back());
     std::vector<Scene> variants = variants_of(room.scene);
     for (std::size_t k = 0; k < 4; ++k) {  // a second set of reflectances, with sun
