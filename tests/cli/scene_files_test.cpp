@@ -160,11 +160,14 @@ TEST_CASE("scene.glb stands upright where the scene is, and shows what the table
     CHECK(length(minus(turned(rotation, {1, 0, 0}), {1, 0, 0})) < 1e-12);
 
     const auto nodes = lines_of(files().at("nodes.csv"));
-    std::map<std::string, std::vector<std::pair<Place, double>>> nodes_of;
+    constexpr std::array attributes{"_SKY", "_SUN", "_ERC", "_IRC", "_ILLUMINANCE"};  // in the order of the columns
+    std::map<std::string, std::vector<std::pair<Place, std::array<double, attributes.size()>>>> nodes_of;
     for (std::size_t k = 1; k < nodes.size(); ++k) {
         const auto cells = cells_of(nodes[k]);
         const Place scene{std::stod(cells[2]), std::stod(cells[3]), std::stod(cells[4])};
-        nodes_of[cells[1]].push_back({{scene[0], scene[2], -scene[1]}, std::stod(cells[12])});
+        auto& [place, light_lx] = nodes_of[cells[1]].emplace_back();
+        place = {scene[0], scene[2], -scene[1]};
+        for (std::size_t a = 0; a < attributes.size(); ++a) light_lx[a] = std::stod(cells[8 + a]);
     }
     std::map<std::string, double> area_of;
     const auto patches = lines_of(files().at("patches.csv"));
@@ -176,21 +179,23 @@ TEST_CASE("scene.glb stands upright where the scene is, and shows what the table
         if (!area_of.contains(name)) continue;
         INFO(name);
         const Json& primitive = mesh["primitives"][0];
-        const auto positions = glb.numbers(primitive["attributes"]["POSITION"]), indices = glb.numbers(primitive["indices"]),
-                   values = glb.numbers(primitive["attributes"]["_ILLUMINANCE"]);
+        const auto positions = glb.numbers(primitive["attributes"]["POSITION"]), indices = glb.numbers(primitive["indices"]);
+        std::array<std::vector<double>, attributes.size()> values;
+        for (std::size_t a = 0; a < attributes.size(); ++a) values[a] = glb.numbers(primitive["attributes"][attributes[a]]);
         double area_m2 = 0.0;
         for (std::size_t k = 0; k < indices.size(); k += 3) {
             const auto corner = [&](std::size_t i) { return place_at(positions, static_cast<std::size_t>(indices[k + i])); };
             area_m2 += 0.5 * length(cross(minus(corner(1), corner(0)), minus(corner(2), corner(0))));
         }
         CHECK(std::abs(area_m2 - area_of[name]) < 1e-5);
-        for (const auto& [place, total_lx] : nodes_of[name]) {
+        for (const auto& [place, light_lx] : nodes_of[name]) {
             bool there = false;
-            for (std::size_t v = 0; v < values.size() && !there; ++v) {
+            for (std::size_t v = 0; v < values[0].size() && !there; ++v) {
                 const Place local = turned(rotation, place_at(positions, v));
                 const Place world{local[0] + translation[0], local[1] + translation[1], local[2] + translation[2]};
                 // Beside a sunspot several vertices share the place.
-                there = length(minus(world, place)) < rounding_m && std::abs(values[v] - total_lx) <= 1e-6 * total_lx;
+                there = length(minus(world, place)) < rounding_m;
+                for (std::size_t a = 0; a < attributes.size(); ++a) there = there && std::abs(values[a][v] - light_lx[a]) <= 1e-6 * light_lx.back();
             }
             if (!there) FAIL_CHECK("no vertex has place and value of a node");
             ++found;

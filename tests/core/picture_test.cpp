@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "core/scene_reader.h"
+#include "core/sky_table.h"
 #include "core/view.h"
 #include "tests/all_backends.h"
 #include "tests/catch.h"
@@ -28,10 +29,11 @@ struct Painted {
     std::unique_ptr<Visibility> visibility;
     DaylightSolution solution;
 
-    Painted(const Scene& description, const Backend& backend, const std::function<double(const PatchGrid&, const Node&)>& light_lx)
+    Painted(const Scene& description, const Backend& backend, const std::function<double(const PatchGrid&, const Node&)>& light_lx,
+            bool zones = true)
         : scene(description),
           building(assemble(scene)),
-          grid(make_patch_grid(building, scene.grid, find_light_zones(scene, building))),
+          grid(make_patch_grid(building, scene.grid, zones ? find_light_zones(scene, building) : LightZones{})),
           visibility(backend.make(building, grid)),
           solution{.outdoors = light_outdoors(scene, building, grid, *visibility, quiet())} {
         for (const Node& node : grid.nodes) {
@@ -67,7 +69,7 @@ View small(View view, int width, int samples) {
 
 }  // namespace
 
-TEST_CASE("a pixel at the centre of a patch shows the luminance of the mean of its nodes", "[picture][embree]") {
+TEST_CASE("a pixel on a patch shows the luminance of light that is linear between its nodes", "[picture][embree]") {
     const Backend backend = GENERATE(from_range(all_backends()));
     INFO(backend.name);
     Scene scene = closed_room({3, 4, 2.5}, 0.6);
@@ -78,17 +80,19 @@ TEST_CASE("a pixel at the centre of a patch shows the luminance of the mean of i
     for (std::size_t p = 0; p < painted.grid.indoor_patch_count; p += 7) {
         const Patch& patch = painted.grid.patches[p];
         if (patch.corner_count != 4) continue;
-        Band3 mean;
-        for (const NodeId node : painted.grid.corners_of(make_id<PatchId>(p))) mean += 0.25 * painted.solution.nodes[index(node)].total_lx();
-        const dvec3 aside = glm::normalize(painted.grid.polygon_of(make_id<PatchId>(p))[0] - patch.centroid_m);
-        for (const int samples : {1, 4}) {
-            const View view{.id = "", .from_m = patch.centroid_m + 0.05 * patch.normal + 0.03 * aside, .to_m = patch.centroid_m,
-                            .up = glm::cross(patch.normal, aside), .field_of_view_rad = 0.02, .width = 1, .height = 1, .samples = samples};
-            const Picture picture = painted.draw(view);
-            // The patches are rectangles: mean-value coordinates are 1/4 each in the middle.
-            CHECK_THAT(picture.luminance_cd_m2[0].g, WithinRel((0.6 * mean.g + 5) / pi, 1e-6));
-            CHECK_THAT(picture.illuminance_lx[0].r, WithinRel(mean.r, 1e-6));
-            CHECK(picture.coverage[0] == 1.0f);
+        const dvec3 to_corner = painted.grid.polygon_of(make_id<PatchId>(p))[0] - patch.centroid_m, aside = glm::normalize(to_corner);
+        for (const double share : {0.0, 0.5}) {
+            for (const int samples : {1, 4}) {
+                const dvec3 place_m = patch.centroid_m + share * to_corner;
+                const View view{.id = "", .from_m = place_m + 0.05 * patch.normal + 0.03 * aside, .to_m = place_m,
+                                .up = glm::cross(patch.normal, aside), .field_of_view_rad = 0.02, .width = 1, .height = 1, .samples = samples};
+                const Picture picture = painted.draw(view);
+                // Of a pixel of 1 mm, seen at a slant, the middle lies 1e-5 m beside its centre.
+                const double expected_lx = smooth_lx(painted.grid, {.position_m = place_m});
+                CHECK_THAT(picture.luminance_cd_m2[0].g, WithinRel((0.6 * expected_lx + 5) / pi, 1e-6));
+                CHECK_THAT(picture.illuminance_lx[0].r, WithinRel(expected_lx, 1e-6));
+                CHECK(picture.coverage[0] == 1.0f);
+            }
         }
     }
 }
@@ -141,6 +145,47 @@ TEST_CASE("pixels of the sky show the sky model behind the glass", "[picture][em
         }
         CHECK(sky > 10);
     }
+}
+
+TEST_CASE("a pixel is the mean of its samples where light jumps within it", "[picture][embree]") {
+    // A sky in steps, and a grid that knows nothing of the sun's spots, of which light is gathered.
+    std::vector<double> steps;
+    for (int k = 0; k < 145; ++k) steps.push_back(k % 2 == 0 ? 1000.0 : 5000.0);
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.ground.reflectance = {};
+    scene.polyhedra.push_back(box("window", Effect::carve, {0.5, -0.5, 0.9}, {2.5, 0, 2.2}));
+    scene.sky = {.model = SkyModel::table, .table = std::make_shared<const SkyTable>(tregenza_patches(), steps, false)};
+    scene.sun = SunDescription{.altitude_rad = 0.5, .azimuth_rad = 2.9, .direct_normal_illuminance_lx = 60000.0};
+    scene.grid.spacing_m = 1.0;
+    const auto dark = [](const PatchGrid&, const Node&) { return 0.0; };
+    const Painted in_steps(scene, all_backends().back(), dark, false);
+    scene.sky = {.model = SkyModel::uniform, .horizontal_illuminance_lx = 0.0};
+    const Painted sun_alone(scene, all_backends().back(), dark, false);
+    REQUIRE_FALSE(sun_alone.grid.follows_zones);
+    constexpr int n = 3;
+    const auto largest_gap = [&](const Painted& painted, View view, const auto& value_of) {
+        view.samples = n;
+        const Picture picture = painted.draw(view);
+        view.samples = 1, view.width *= n, view.height *= n;
+        const Picture samples = painted.draw(view);
+        std::vector<double> mean(picture.coverage.size());
+        for (int row = 0; row < view.height; ++row)
+            for (int column = 0; column < view.width; ++column)
+                mean[static_cast<std::size_t>(row / n * picture.width + column / n)] +=
+                    value_of(samples, static_cast<std::size_t>(row * view.width + column)) / (n * n);
+        double gap = 0.0, most = 0.0;
+        for (std::size_t k = 0; k < mean.size(); ++k) {
+            gap = std::max(gap, std::abs(value_of(picture, k) - mean[k]));
+            most = std::max(most, mean[k]);
+        }
+        CHECK(most > 0.0);
+        return gap / most;
+    };
+    const View to_sky{.id = "", .from_m = {1.5, 1, 1}, .to_m = {1.5, 0, 1.4}, .field_of_view_rad = 1.0, .width = 16, .height = 16};
+    CHECK(largest_gap(in_steps, to_sky, [](const Picture& p, std::size_t k) { return p.luminance_cd_m2[k].g; }) < 1e-12);
+    const View to_floor{.id = "", .from_m = {1.5, 3.5, 2}, .to_m = {1.5, 1.8, 0}, .field_of_view_rad = 0.5, .width = 8, .height = 8,
+                        .quality = PictureQuality::gather};
+    CHECK(largest_gap(sun_alone, to_floor, [](const Picture& p, std::size_t k) { return p.illuminance_lx[k].g; }) < 1e-12);
 }
 
 TEST_CASE("light does not bleed across edges of faces, furniture and sunspots", "[picture][embree]") {
