@@ -27,7 +27,12 @@ MeasuredRun a_run(int threads, std::size_t repeat, double wall_s, double cpu_s) 
 
 /// Two threads take half the time of one, on a machine that slows down to a half meanwhile.
 TimingStudy drifting_study(std::size_t repeats) {
-    TimingStudy study{.scene = "room.json", .machine = {.processors = 2, .usable_processors = 2, .load = 0.0}, .threads = {1, 2}, .repeats = repeats};
+    TimingStudy study;
+    study.scene = "room.json";
+    study.machine.processors = study.machine.usable_processors = 2;
+    study.machine.load = 0.0;
+    study.threads = {1, 2};
+    study.repeats = repeats;
     for (std::size_t k = 0; k < repeats; ++k) {
         const double drift = 1.0 + static_cast<double>(k) / static_cast<double>(repeats);
         study.runs.push_back(a_run(1, k, 2.0 * drift, 2.0 * drift));
