@@ -47,6 +47,8 @@ struct Attempt {
 Attempt attempt(const std::function<std::vector<std::string>()>& compute) {
     try {
         return {compute(), {}};
+    } catch (const WriteError&) {
+        throw;
     } catch (const InputError& error) {
         return {{}, error.what()};
     } catch (const Interrupted&) {
@@ -158,9 +160,11 @@ private:
 
     void compute_with_pictures(std::span<const std::size_t> pending) {
         for (const std::size_t job : pending) {
-            const std::string folder = fmt::format("job_{:0{}}", job + 1, std::to_string(jobs_.jobs.size()).size());
+            // Jobs change their numbers when a study gets more of them.
+            const std::filesystem::path folder = options_.out / "images" / short_key(jobs_.jobs[job].key);
+            make_writable_folder(folder);
             const Attempt one = attempt([&] {
-                return std::vector{record_with_pictures(pending_job(job), options_.out / "images" / folder, study_.keep.sensors, options_.cache, progress_)};
+                return std::vector{record_with_pictures(pending_job(job), folder, study_.keep.sensors, options_.cache, progress_)};
             });
             if (one.error.empty())
                 done(one.records, 1);

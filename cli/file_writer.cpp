@@ -13,7 +13,7 @@ namespace naturel {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file, int error) {
-    throw InputError(file.string(),
+    throw WriteError(file.string(),
                      fmt::format("cannot be written: {}", std::generic_category().message(error)));
 }
 
@@ -50,6 +50,22 @@ void WholeFile::put_in_place() {
     if (descriptor_ >= 0) close();
     if (::rename(path_.c_str(), target_.c_str()) != 0) fail(target_, errno);
     moved_ = true;
+}
+
+void WholeFile::put_in_place_for_good() {
+    if (::fsync(descriptor_) != 0) fail(target_, errno);
+    put_in_place();
+    const std::filesystem::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0) return;  // a folder that cannot be read; the file is there
+    ::fsync(descriptor);
+    ::close(descriptor);
+}
+
+void write_file_for_good(const std::filesystem::path& file, std::string_view bytes) {
+    WholeFile whole(file);
+    whole.write(bytes);
+    whole.put_in_place_for_good();
 }
 
 void write_file(const std::filesystem::path& file, std::string_view bytes) {

@@ -2,10 +2,17 @@
 #include <filesystem>
 #include <string_view>
 
+#include "core/errors.h"
+
 namespace naturel {
 
+/// A file that cannot be written.
+struct WriteError : InputError {
+    using InputError::InputError;
+};
+
 /// A file that is written piece by piece beside its place, and vanishes with this object unless put there.
-/// Everything throws InputError with path and reason.
+/// Everything throws WriteError with path and reason.
 class WholeFile {
 public:
     explicit WholeFile(const std::filesystem::path& target);
@@ -21,6 +28,9 @@ public:
     /// close(), and rename to the target.
     void put_in_place();
 
+    /// The same; afterwards the file outlives a loss of power.
+    void put_in_place_for_good();
+
 private:
     std::filesystem::path target_, path_;
     int descriptor_ = -1;
@@ -28,8 +38,11 @@ private:
 };
 
 /// Writes a file whole or not at all: beside its final place first, then renamed.
-/// Throws InputError with path and reason; nothing half-written remains.
+/// Throws WriteError with path and reason; nothing half-written remains.
 void write_file(const std::filesystem::path& file, std::string_view bytes);
+
+/// The same for what must outlive a loss of power.
+void write_file_for_good(const std::filesystem::path& file, std::string_view bytes);
 
 /// Makes a folder if need be, and proves that files can be written there.
 /// Throws InputError with path and reason.

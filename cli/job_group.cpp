@@ -33,9 +33,25 @@ JobGroup::JobGroup(const JobInput& any, const FormFactorCache& cache, Progress& 
     : options_(*any.options), prepared_(prepare_without_sun(any, progress)),
       sensors_(place_sensors(prepared_.scene, prepared_.building)),
       visibility_(make_visibility(options_, prepared_, sensors_.size(), cache, progress)),
-      form_factors_(compute_form_factors(*visibility_, prepared_.grid, options_.daylight.form_factors, progress)),
-      series_(std::make_unique<SkySeries>(prepared_.scene, prepared_.building, prepared_.grid, *visibility_, form_factors_, sensors_,
-                                          options_.daylight, progress)) {}
+      form_factors_(compute_form_factors(*visibility_, prepared_.grid, options_.daylight.form_factors, progress)) {
+    // The article's rules choose other elements of apertures for every sky: there is nothing to work out once.
+    if (prepared_.scene.direct.method == DirectMethod::adaptive)
+        series_ = std::make_unique<SkySeries>(prepared_.scene, prepared_.building, prepared_.grid, *visibility_, form_factors_, sensors_,
+                                              options_.daylight, progress);
+}
+
+DaylightSolution JobGroup::solve(const Scene& variant, Progress& progress) const {
+    DirectSolution direct = compute_direct_light(variant, prepared_.building, prepared_.grid, *visibility_, progress);
+    DaylightSolution solution{.outdoors = direct.outdoors};
+    solution.radiosity = compute_interreflection(variant, prepared_.building, prepared_.grid, form_factors_, direct,
+                                                 options_.daylight.radiosity, progress);
+    solution.form_factor_quality = form_factors_.quality;
+    solution.repair = options_.daylight.form_factors.repair;
+    solution.sensors = sensors_;
+    solution.sensor_values = light_on_sensors(variant, prepared_.building, prepared_.grid, *visibility_, solution.outdoors,
+                                              solution.radiosity, options_.daylight, sensors_, progress);
+    return solution;
+}
 
 std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& jobs, bool keep_sensors, Progress& progress) {
     std::vector<Scene> variants;
@@ -43,7 +59,11 @@ std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& job
         variants.push_back(job.input.scene);
         variants.back().grid.spacing_m = prepared_.scene.grid.spacing_m;  // where the scene left it to the preset
     }
-    const std::vector<DaylightSolution> solutions = series_->solve(variants, progress);
+    std::vector<DaylightSolution> solutions;
+    if (series_)
+        solutions = series_->solve(variants, progress);
+    else
+        for (const Scene& variant : variants) solutions.push_back(solve(variant, progress));
     std::vector<std::string> records;
     for (std::size_t k = 0; k < jobs.size(); ++k) {
         const Primaries primaries(variants[k].primaries);

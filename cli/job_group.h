@@ -30,12 +30,15 @@ public:
     std::vector<std::string> records_of(const std::vector<PendingJob>& jobs, bool keep_sensors, Progress& progress);
 
 private:
+    /// A job by the article's direct light.
+    DaylightSolution solve(const Scene& variant, Progress& progress) const;
+
     const RunOptions& options_;
     PreparedScene prepared_;
     std::vector<Sensor> sensors_;
     std::unique_ptr<Visibility> visibility_;
     FormFactors form_factors_;
-    std::unique_ptr<SkySeries> series_;
+    std::unique_ptr<SkySeries> series_{};  ///< of adaptive direct light
 };
 
 /// The record of a job that keeps pictures: computed as `naturel run` would, with a grid cut along its own sunspots. The views are

@@ -40,10 +40,10 @@ JobList list_jobs(const Study& study, const StudyJobs& jobs) {
 
 std::string job_list_text(const JobList& list) {
     std::string text =
-        Json{{"naturel", list.version}, {"study", list.study}, {"sensors", list.sensors}, {"jobs", list.jobs.size()}}.dump() + '\n';
+        Json{{"naturel", list.version}, {"study", list.study}, {"sensors", list.sensors}, {"jobs", list.jobs.size()}}.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
     std::size_t number = 0;
     for (const ListedJob& job : list.jobs)
-        text += Json{{"job", ++number}, {"key", job.key}, {"group", job.group}, {"group_key", job.group_key}, {"parameters", job.parameters}}.dump() + '\n';
+        text += Json{{"job", ++number}, {"key", job.key}, {"group", job.group}, {"group_key", job.group_key}, {"parameters", job.parameters}}.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
     return text;
 }
 
@@ -75,20 +75,26 @@ void keep_job_list(const std::filesystem::path& folder, const JobList& list) {
     const std::string text = job_list_text(list);
     const std::filesystem::path file = list_file(folder);
     if (std::filesystem::exists(file)) {
-        const JobList before = read_job_list(folder);
-        if (job_list_text(before) == text) return;
+        std::optional<JobList> read;
+        try {
+            read = read_job_list(folder);
+        } catch (const InputError&) {
+            // Damaged. Records say themselves whose they are, so that the list may be made again.
+        }
+        if (read && job_list_text(*read) == text) return;
+        const JobList before = read ? std::move(*read) : JobList{{}, list.version, false, {}};
         constexpr auto remedy = "choose another folder for --out, or remove this one";
         if (before.version != list.version)
             throw InputError(file.string(), fmt::format("was made by naturel {}, this is {} ({})", before.version, list.version, remedy));
         std::set<std::string_view> keys;
         for (const ListedJob& job : list.jobs) keys.insert(job.key);
-        const auto foreign = std::ranges::find_if(before.jobs, [&](const ListedJob& job) { return !keys.contains(job.key); });
+        const auto foreign = std::ranges::find_if(before.jobs, [&](const ListedJob& job) { return job.group != 0 && !keys.contains(job.key); });
         if (foreign != before.jobs.end())
             throw InputError(file.string(), fmt::format("belongs to another study: its job {}, {:.200}, is none of this one, or its scene or options "
                                                         "have changed (a study may get more jobs, not other ones: {})",
                                                         foreign - before.jobs.begin() + 1, foreign->parameters.dump(), remedy));
     }
-    write_file(file, text);
+    write_file_for_good(file, text);
 }
 
 void FinishedJobs::add(const std::filesystem::path& folder) {

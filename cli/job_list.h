@@ -19,6 +19,9 @@ struct ListedJob {
     nlohmann::ordered_json parameters;
 };
 
+/// Tells the jobs of a study apart, in results and in the names of their folders of pictures.
+inline std::string short_key(const std::string& key) { return key.substr(0, 16); }
+
 /// What the jobs of a folder are: its file jobs.jsonl. Results can be written from it and the records alone.
 struct JobList {
     std::string study;

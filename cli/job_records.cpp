@@ -36,7 +36,8 @@ std::string bytes_of_file(const std::filesystem::path& file) {
     const auto size = static_cast<std::streamoff>(stream.tellg());
     std::string bytes(static_cast<std::size_t>(size), '\0');
     stream.seekg(0).read(bytes.data(), size);
-    if (!stream) throw InputError(file.string(), "cannot be read to its end (check the disk)");
+    if (stream.bad()) throw InputError(file.string(), "cannot be read to its end (check the disk)");
+    bytes.resize(static_cast<std::size_t>(stream.gcount()));  // another process may just have cut off a torn end
     return bytes;
 }
 

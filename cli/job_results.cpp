@@ -71,14 +71,14 @@ struct Row {
 };
 
 std::string results_csv(const JobList& list, const std::vector<Row>& rows, const Columns& columns) {
-    std::string header = "job,group";
+    std::string header = "job,group,key";
     if (list.sensors) header += ",row";
     for (const auto& [name, value] : list.jobs.front().parameters.items()) header += ',' + CsvTable::quoted(name);
     header += ",status";
     for (const std::string& name : columns.names()) header += ',' + CsvTable::quoted(name);
     CsvTable table(header + ",error");
     for (std::size_t k = 0; k < rows.size(); ++k) {
-        table.cell(k + 1).cell(list.jobs[k].group);
+        table.cell(k + 1).cell(list.jobs[k].group).cell(std::string_view(short_key(list.jobs[k].key)));
         if (list.sensors) table.cell(rows[k].row_of_group);
         for (const auto& [name, value] : list.jobs[k].parameters.items()) add_parameter(table, value);
         table.cell(std::string_view(rows[k].status));

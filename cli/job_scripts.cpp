@@ -15,6 +15,13 @@ std::string quoted(const std::string& word) {
     return text + "'";
 }
 
+/// In double quotes of a line of options, where Slurm fills in numbers for its own percent signs.
+std::string for_slurm(const std::string& path) {
+    std::string text;
+    for (const char c : path) text += c == '%' ? std::string("%%") : std::string(1, c);
+    return text;
+}
+
 std::string program() {
     std::error_code error;
     const std::filesystem::path path = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -49,11 +56,11 @@ std::string slurm_script(const BatchOptions& options, const ScriptNeeds& needs) 
 #SBATCH --requeue
 #SBATCH --open-mode=append
 # Slurm wants this folder before it starts a job: mkdir -p {5}
-#SBATCH --output={6}/log/shard_%a.txt
+#SBATCH --output="{6}/log/shard_%a.txt"
 # The last shard to end writes results.csv. Tasks that failed may be given again: sbatch --array=3,7 SCRIPT
 exec {7} --threads {2} --shard "$SLURM_ARRAY_TASK_ID/{1}"
 )",
-                       name, needs.shards, options.threads, megabytes, minutes, quoted(out + "/log"), out, command(options));
+                       name, needs.shards, options.threads, megabytes, minutes, quoted(out + "/log"), for_slurm(out), command(options));
 }
 
 std::string parallel_script(const BatchOptions& options, const ScriptNeeds& needs) {

@@ -43,7 +43,7 @@ std::vector<StudyValue> read_range(const JsonValue& value) {
         step->refuse(fmt::format("a step of {} does not lead from {} to {} (its sign or size is wrong)", width, first, last));
     // Rounded to what people write: 0.3 rather than 0.30000000000000004.
     for (std::size_t k = 0, n = step_count(value, last - first, width); k <= n; ++k)
-        values.push_back({std::stod(fmt::format("{:.12g}", first + static_cast<double>(k) * width)), value});
+        values.push_back({std::strtod(fmt::format("{:.12g}", first + static_cast<double>(k) * width).c_str(), nullptr), value});
     return values;
 }
 
@@ -51,7 +51,8 @@ std::chrono::year_month_day read_date(const JsonValue& value) {
     const std::string& text = read_text(value);
     int year = 0, end = 0;
     unsigned month = 0, day = 0;
-    const bool has_form = std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &end) == 3 && text.size() == 10 && end == 10;
+    const bool has_form = text.size() == 10 && text[4] == '-' && text[7] == '-' && text.find_first_not_of("0123456789-") == std::string::npos &&
+                          std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &end) == 3 && end == 10;
     const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
     if (!has_form || !date.ok()) value.refuse(fmt::format("{} is no date (\"2026-06-21\" would be right)", in_quotes(text)));
     return date;

@@ -21,6 +21,8 @@ namespace naturel {
 /// A grid that serves every sun cannot be cut along the sunspots of one: make it with find_light_zones(scene, building, nullptr),
 /// or without zones. Sunspots are exact all the same; a patch gets the mean of the light of its lit part.
 ///
+/// Direct light is always adaptive, to the tolerance of the scene given here.
+///
 /// The answer to a variant has the same bits whichever variants are solved with it, before or after it, and on any number of
 /// threads. Refers to its arguments but for the sensors: keep them alive.
 class SkySeries {

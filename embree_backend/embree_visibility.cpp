@@ -93,13 +93,13 @@ public:
     std::vector<std::pair<std::string, std::string>> settings() const override {
         if (pairwise_)
             return {{"form_factors", "pairwise"},
-                    {"pair_tolerance", fmt::format("{:g}", pair_tolerance_)},
+                    {"pair_tolerance", fmt::format("{}", pair_tolerance_)},
                     {"embree", RTC_VERSION_STRING}};
         std::vector<std::pair<std::string, std::string>> all{{"form_factors", "hemisphere"},
                                                              {"rays_per_patch", std::to_string(patch_rays_)},
                                                              {"rays_per_point", std::to_string(point_rays_)}};
         if (target_error_ > 0.0) {
-            all.emplace_back("target_error", fmt::format("{:g}", target_error_));
+            all.emplace_back("target_error", fmt::format("{}", target_error_));
             all.emplace_back("most_rays_per_patch", std::to_string(most_patch_rays_));
         }
         all.emplace_back("seed", std::to_string(seed_));

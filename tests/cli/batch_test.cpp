@@ -136,7 +136,7 @@ TEST_CASE("a study leaves a row per job whose numbers are those of the job", "[c
     CHECK(mean(2, "illuminance_lx") > mean(0, "illuminance_lx"));
 
     const std::string& table = files.at("results.csv");
-    CHECK(table.starts_with("job,group,row,scene,floor,sky,status,outdoors.zenith_luminance_cd_m2,outdoors.horizontal_illuminance_lx,"));
+    CHECK(table.starts_with("job,group,key,row,scene,floor,sky,status,outdoors.zenith_luminance_cd_m2,outdoors.horizontal_illuminance_lx,"));
     CHECK(std::ranges::count(table, '\n') == 5);
 
     // The last axis of the array of sensors begins with the total; the sets follow each other.
@@ -410,8 +410,46 @@ TEST_CASE("pictures are kept job by job", "[cli][batch]") {
     const Outcome outcome = study.batch("out");
     INFO(outcome.errors);
     REQUIRE(outcome.exit_code == 0);
-    CHECK(std::filesystem::exists(study / "out/images/job_1/views/to__window.png"));
-    CHECK(std::filesystem::exists(study / "out/images/job_2/views/to__Window_2.exr"));
+    const auto pictures = [&](const Json& job) { return study / "out/images" / job["key"].get<std::string>().substr(0, 16) / "views"; };
+    const std::vector<Json> jobs = lines_of(study.results("out").at("results.jsonl"));
+    CHECK(std::filesystem::exists(pictures(jobs[0]) / "to__window.png"));
+    CHECK(std::filesystem::exists(pictures(jobs[1]) / "to__Window_2.exr"));
+
+    // A disk that refuses pictures is no fault of the job.
+    std::filesystem::remove_all(study / "out");
+    std::filesystem::create_directories(study / "out");
+    write(study / "out/images", "a file in the place of a folder");
+    CHECK(study.batch("out").exit_code == 3);
+    std::filesystem::remove(study / "out/images");
+    CHECK(study.batch("out").exit_code == 0);
+}
+
+TEST_CASE("the article's direct light is that of a run", "[cli][batch]") {
+    Json room = Json::parse(small_room);
+    room.erase("sun");
+    room["direct"] = {{"method", "article"}};
+    StudyFolder study;
+    write(study / "room.json", room.dump());
+    REQUIRE(study.batch("out").exit_code == 0);
+    room["materials"]["floor"] = {{"reflectance", 0.6}};
+    room["sky"]["horizontal_illuminance_lx"] = 20000;
+    write(study / "varied.json", room.dump());
+    REQUIRE(run_naturel({"run", (study / "varied.json").string(), "--out", (study / "run").string(), "--backend", "hemicube", "--cells", "32",
+                         "--no-error-estimate", "--no-report", "--quiet"})
+                .exit_code == 0);
+    const Json summary = Json::parse(content_of(study / "run/hemicube/summary.json"));
+    const Json job = lines_of(study.results("out").at("results.jsonl"))[3]["figures"];
+    // The same steps; only the adaptive method differs, by more than a per cent here.
+    CHECK(job["sensor_sets"][0]["illuminance_lx"] == summary["sensor_sets"][0]["illuminance_lx"]);
+}
+
+TEST_CASE("a list of jobs that was lost is made again", "[cli][batch]") {
+    const StudyFolder study;
+    REQUIRE(study.batch("out").exit_code == 0);
+    const auto results = study.results("out");
+    write(study / "out/jobs.jsonl", "");
+    REQUIRE(study.batch("out").exit_code == 0);
+    CHECK(study.results("out") == results);
 }
 
 TEST_CASE("progress in JSON is an object a line", "[cli][batch]") {
