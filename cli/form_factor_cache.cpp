@@ -42,7 +42,7 @@ std::optional<FormFactorRows> rows_of_bytes(std::string_view bytes, std::size_t 
     if (bytes.substr(content.size()) != sha256_hex(content)) return std::nullopt;
     const char* at = content.data() + magic.size();
     const auto take = [&](void* target, std::size_t size) {
-        std::memcpy(target, at, size);
+        if (size > 0) std::memcpy(target, at, size);  // an empty array has no place
         at += size;
     };
     std::uint64_t counts[3];

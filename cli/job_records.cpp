@@ -90,7 +90,7 @@ JobRecord read_record(const RecordPlace& place) {
         throw InputError(place.file.string(), "has changed while it was read (is the disk well?)");
     const std::size_t line = content.find('\n');
     JobRecord record{content.substr(0, line), std::vector<double>((content.size() - line - 1) / sizeof(double))};
-    std::memcpy(record.numbers.data(), content.data() + line + 1, record.numbers.size() * sizeof(double));
+    if (!record.numbers.empty()) std::memcpy(record.numbers.data(), content.data() + line + 1, record.numbers.size() * sizeof(double));
     return record;
 }
 
