@@ -77,7 +77,7 @@ std::vector<PictureDifference> picture_differences(const Scene& scene, const Bui
 
 std::string account(const Comparison& comparison) {
     const ErrorBudget& budget = comparison.budget;
-    constexpr std::size_t total = Components::total_index;
+    constexpr std::size_t total = ComponentsAndTotal::total_index;
     std::string text;
     for (const PointSet& set : point_sets(comparison)) {
         const DifferenceStatistics all = difference_statistics(comparison, budget.method(), budget.reference, total, set);

@@ -22,7 +22,7 @@ DifferenceStatistics difference_statistics(const Comparison& comparison, const L
     const ErrorBudget& budget = comparison.budget;
     DifferenceStatistics found;
     std::vector<double> sizes;
-    const auto add = [&](const Components& now, const Components& then, const Components& reference, const auto& name) {
+    const auto add = [&](const ComponentsAndTotal& now, const ComponentsAndTotal& then, const ComponentsAndTotal& reference, const auto& name) {
         const double difference_lx = now.lx[component] - then.lx[component];
         if (sizes.empty() || std::abs(difference_lx) > std::abs(found.worst_lx)) {
             found.worst_lx = difference_lx;
@@ -59,7 +59,7 @@ const LightState& state_before(const ErrorBudget& budget, std::size_t ingredient
 bool is_resolved(const Comparison& comparison, std::size_t ingredient, const PointSet& set) {
     const ErrorBudget& budget = comparison.budget;
     const auto rms = [&](const LightState& a, const LightState& b) {
-        return difference_statistics(comparison, a, b, Components::total_index, set).rms_lx;
+        return difference_statistics(comparison, a, b, ComponentsAndTotal::total_index, set).rms_lx;
     };
     return rms(budget.ingredients[ingredient].in_sequence, state_before(budget, ingredient)) > rms(budget.again, budget.reference);
 }

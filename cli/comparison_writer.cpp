@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "cli/csv_table.h"
+#include "cli/machine_description.h"
 
 namespace naturel {
 namespace {
@@ -17,14 +16,6 @@ Json settings_json(const Visibility& visibility) {
     Json settings{{"backend", visibility.name()}};
     for (const auto& [name, value] : visibility.settings()) settings[name] = value;
     return settings;
-}
-
-std::string processor() {
-    std::ifstream file("/proc/cpuinfo");
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name"))
-            if (const auto colon = line.find(": "); colon != std::string::npos) return line.substr(colon + 2);
-    return "unknown";
 }
 
 Json json_of(const DifferenceStatistics& s) {
@@ -43,8 +34,8 @@ Json sets_json(const Comparison& comparison, const LightState& a, const LightSta
     Json sets = Json::object();
     for (const PointSet& set : point_sets(comparison)) {
         Json components = Json::object();
-        for (std::size_t c = 0; c < Components::names.size(); ++c)
-            components[std::string(Components::names[c])] = json_of(difference_statistics(comparison, a, b, c, set));
+        for (std::size_t c = 0; c < ComponentsAndTotal::names.size(); ++c)
+            components[std::string(ComponentsAndTotal::names[c])] = json_of(difference_statistics(comparison, a, b, c, set));
         sets[set.id] = components;
     }
     return sets;
@@ -100,7 +91,7 @@ Json daylight_factor_json(const Comparison& comparison) {
     if (!(outdoors_lx > 0.0)) return sets;
     for (const PointSet& set : point_sets(comparison)) {
         const DifferenceStatistics s = difference_statistics(comparison, comparison.budget.method(), comparison.budget.reference,
-                                                             Components::from_sky_index, set);
+                                                             ComponentsAndTotal::from_sky_index, set);
         const auto percent = [&](double lx) { return 100.0 * lx / outdoors_lx; };
         sets[set.id] = {{"reference_mean_percent", percent(s.mean_reference_lx)},
                         {"mean_points", percent(s.mean_lx)},
@@ -211,15 +202,15 @@ std::string points_csv(const Comparison& comparison) {
     for (std::size_t s = 0; s < budget.sensors.size(); ++s) {
         const Sensor& sensor = budget.sensors[s];
         if (sensor.medium != Medium::indoor_air) continue;
-        const Components error = budget.again.sensors[s] - budget.reference.sensors[s];
+        const ComponentsAndTotal error = budget.again.sensors[s] - budget.reference.sensors[s];
         const auto add = [&](std::string_view state, const LightState& now, const LightState& then) {
-            const Components difference = now.sensors[s] - then.sensors[s];
-            for (std::size_t c = 0; c < Components::names.size(); ++c)
+            const ComponentsAndTotal difference = now.sensors[s] - then.sensors[s];
+            for (std::size_t c = 0; c < ComponentsAndTotal::names.size(); ++c)
                 table.cell(std::string_view(sensor.id))
                     .cell(std::string_view(comparison.scene.sensors[sensor.set].id))
                     .cell(sensor.point.position_m)
                     .cell(state)
-                    .cell(Components::names[c])
+                    .cell(ComponentsAndTotal::names[c])
                     .cell(now.sensors[s].lx[c])
                     .cell(difference.lx[c])
                     .cell(error.lx[c])
@@ -238,9 +229,9 @@ std::string ingredients_csv(const Comparison& comparison) {
     for (const PointSet& set : point_sets(comparison)) {
         const auto add = [&](std::string_view name, std::string_view group, std::string_view how, const LightState& a,
                              const LightState& b, std::string_view resolved) {
-            for (std::size_t c = 0; c < Components::names.size(); ++c) {
+            for (std::size_t c = 0; c < ComponentsAndTotal::names.size(); ++c) {
                 const DifferenceStatistics d = difference_statistics(comparison, a, b, c, set);
-                table.cell(name).cell(group).cell(how).cell(std::string_view(set.id)).cell(Components::names[c]).cell(d.points);
+                table.cell(name).cell(group).cell(how).cell(std::string_view(set.id)).cell(ComponentsAndTotal::names[c]).cell(d.points);
                 table.cell(d.mean_lx).cell(d.rms_lx).cell(d.percentile_95_lx).cell(d.worst_lx);
                 table.cell(std::string_view(d.worst_point)).cell(d.mean_reference_lx).cell(resolved).end_row();
             }
@@ -306,7 +297,7 @@ Json comparison_json(const Comparison& comparison) {
     for (const PointSet& set : point_sets(comparison))
         sets.push_back({{"id", set.id},
                         {"nodes", set.nodes},
-                        {"points", difference_statistics(comparison, budget.method(), budget.reference, Components::total_index, set).points}});
+                        {"points", difference_statistics(comparison, budget.method(), budget.reference, ComponentsAndTotal::total_index, set).points}});
     for (std::size_t k = 0; k < budget.ingredients.size(); ++k) {
         const Ingredient& ingredient = budget.ingredients[k];
         bool resolved = false;
@@ -335,17 +326,18 @@ Json comparison_json(const Comparison& comparison) {
     Json again = settings_json(comparison.visibilities.again);
     again["direct"] = "adaptive";
     again["direct_tolerance"] = 4.0 * comparison.options.reference_tolerance;
+    const MachineDescription machine = describe_machine();
     return {{"naturel", NATUREL_VERSION},
             {"scene",
              {{"name", comparison.scene.name},
               {"file", comparison.options.scene.filename().string()},
               {"sha256", comparison.scene.source_sha256}}},
             {"machine",
-             {{"cpu", processor()}, {"cores", std::thread::hardware_concurrency()}, {"threads", comparison.options.threads}}},
+             {{"cpu", machine.cpu.empty() ? "unknown" : machine.cpu}, {"cores", machine.processors}, {"threads", comparison.options.threads}}},
             {"grid", {{"spacing_m", comparison.scene.grid.spacing_m}, {"patches", comparison.grid.patches.size()}, {"nodes", comparison.grid.nodes.size()}}},
             {"settings", {{"method", method}, {"reference", reference}, {"again", again}}},
             {"outdoor_horizontal_illuminance_lx", budget.outdoor_horizontal_lx},
-            {"components", Components::names},
+            {"components", ComponentsAndTotal::names},
             {"sets", sets},
             {"points", points},
             {"ingredients", ingredients},

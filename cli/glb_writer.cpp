@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 // Numbers of the glTF 2.0 specification.
 constexpr int component_float = 5126, component_uint32 = 5125;
 constexpr int array_buffer = 34962, element_array_buffer = 34963;
-constexpr std::uint32_t magic = 0x46546C67, version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
+constexpr std::uint32_t glb_magic = 0x46546C67, glb_version = 2, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 
 /// A corner of a triangle: of a patch, or its middle.
 struct Vertex {
@@ -209,7 +209,7 @@ private:
         NATUREL_EXPECT(length <= 0xffff'ffffu);  // ten million cells make less than 3 GB
         std::string bytes;
         bytes.reserve(length);
-        for (const std::size_t word : {std::size_t{magic}, std::size_t{version}, length, text.size(), std::size_t{json_chunk}})
+        for (const std::size_t word : {std::size_t{glb_magic}, std::size_t{glb_version}, length, text.size(), std::size_t{json_chunk}})
             append_bytes(bytes, static_cast<std::uint32_t>(word));
         bytes += text;
         if (binary > 0) {

@@ -135,7 +135,7 @@ void refuse_name_twice(const JsonValue& at, const StudyBlock& block, std::set<st
     }
 }
 
-StudyScene read_scene(const JsonValue& name, const std::filesystem::path& folder) {
+StudyScene read_study_scene(const JsonValue& name, const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / read_text(name);
     std::error_code absent;
     if (name.text().empty() || !std::filesystem::exists(file, absent))
@@ -186,7 +186,7 @@ Study read_study(const std::filesystem::path& file) {
     std::vector<JsonValue> scene_names{scenes};
     if (scenes.kind() == JsonKind::list) scene_names = scenes.items();
     if (scene_names.empty()) scenes.refuse("the list is empty (at least one scene is needed)");
-    for (const JsonValue& name : scene_names) study.scenes.push_back(read_scene(name, file.parent_path()));
+    for (const JsonValue& name : scene_names) study.scenes.push_back(read_study_scene(name, file.parent_path()));
 
     study.edits = read_edits(root);
     std::set<std::string> names;

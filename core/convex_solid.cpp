@@ -49,7 +49,7 @@ bool boxes_touch(const ConvexSolid& a, const ConvexSolid& b) {
     return true;
 }
 
-ConvexSolid make_solid(const Polyhedron& polyhedron) {
+ConvexSolid convex_solid_of(const Polyhedron& polyhedron) {
     ConvexSolid solid;
     for (const PolyhedronFace& face : polyhedron_faces(polyhedron))
         solid.sides.push_back({{face.outward, glm::dot(face.outward, face.vertices_m[0])}, face.vertices_m});
@@ -59,7 +59,7 @@ ConvexSolid make_solid(const Polyhedron& polyhedron) {
 
 ConvexSolid make_box(const dvec3& low_m, const dvec3& high_m) {
     const dvec3 size = high_m - low_m;
-    return make_solid({.vertices_m = {low_m, low_m + dvec3(size.x, 0, 0), low_m + dvec3(0, size.y, 0), low_m + dvec3(0, 0, size.z)}});
+    return convex_solid_of({.vertices_m = {low_m, low_m + dvec3(size.x, 0, 0), low_m + dvec3(0, size.y, 0), low_m + dvec3(0, 0, size.z)}});
 }
 
 // Larger bodies swallow those inside them.
@@ -293,16 +293,16 @@ std::vector<ConvexSolid> convex_occluders(const Scene& scene, const Building& bu
     dvec3 low_m(infinity), high_m(-infinity);
     for (const Polyhedron& polyhedron : scene.polyhedra) {
         if (polyhedron.effect != Effect::carve) continue;
-        const ConvexSolid space = make_solid(polyhedron);
+        const ConvexSolid space = convex_solid_of(polyhedron);
         low_m = min(low_m, space.low_m), high_m = max(high_m, space.high_m);
     }
     if (low_m.z < scene.ground.z_m - thinnest_m)
         solids.push_back(make_box(low_m - 1.0, {high_m.x + 1.0, high_m.y + 1.0, scene.ground.z_m}));
     for (const Polyhedron& polyhedron : scene.polyhedra) {
         if (polyhedron.effect == Effect::fill) {
-            add_maximal(solids, make_solid(polyhedron));
+            add_maximal(solids, convex_solid_of(polyhedron));
         } else {
-            solids = carve(std::move(solids), make_solid(polyhedron));
+            solids = carve(std::move(solids), convex_solid_of(polyhedron));
         }
     }
     solids = joined(std::move(solids));

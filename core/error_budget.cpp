@@ -217,7 +217,7 @@ ErrorBudget compute_error_budget(const Scene& scene, const Building& building, c
         // The rules for how many elements, and for zones close to an aperture, have no meaning but with elements.
         const auto beside_centres = [&](const LightState& with) {
             LightState state = budget.reference;
-            const auto shift = [](std::vector<Components>& values, const std::vector<Components>& a, const std::vector<Components>& b) {
+            const auto shift = [](std::vector<ComponentsAndTotal>& values, const std::vector<ComponentsAndTotal>& a, const std::vector<ComponentsAndTotal>& b) {
                 for (std::size_t k = 0; k < values.size(); ++k) {
                     for (std::size_t c = 0; c < values[k].lx.size(); ++c) values[k].lx[c] += a[k].lx[c] - b[k].lx[c];
                 }

@@ -71,12 +71,12 @@ LightState MethodCombinations::state(const DaylightSolution& solution) const {
     return state;
 }
 
-Components MethodCombinations::components(const PointIlluminance& point) const {
+ComponentsAndTotal MethodCombinations::components(const PointIlluminance& point) const {
     const DirectIlluminance& direct = point.direct;
-    Components found{{primaries_.luminous(direct.sky_lx), primaries_.luminous(direct.sun_lx),
+    ComponentsAndTotal found{{primaries_.luminous(direct.sky_lx), primaries_.luminous(direct.sun_lx),
                       primaries_.luminous(direct.outdoor_lx.total()), primaries_.luminous(point.indirect_lx.total()), 0.0,
                       primaries_.luminous(point.from_sky_lx())}};
-    found.lx[Components::total_index] = found.lx[0] + found.lx[1] + found.lx[2] + found.lx[3];
+    found.lx[ComponentsAndTotal::total_index] = found.lx[0] + found.lx[1] + found.lx[2] + found.lx[3];
     return found;
 }
 

@@ -9,14 +9,14 @@
 namespace naturel {
 
 /// Illuminance by component, luminous, lx; of the total, what the sky causes: the numerator of the daylight factor.
-struct Components {
+struct ComponentsAndTotal {
     static constexpr std::array<std::string_view, 6> names{"sky", "sun", "erc", "irc", "total", "from_sky"};
     static constexpr std::size_t total_index = 4, from_sky_index = 5;
     std::array<double, 6> lx{};
 
     double total() const { return lx[total_index]; }
-    friend Components operator-(const Components& a, const Components& b) {
-        Components difference;
+    friend ComponentsAndTotal operator-(const ComponentsAndTotal& a, const ComponentsAndTotal& b) {
+        ComponentsAndTotal difference;
         for (std::size_t k = 0; k < a.lx.size(); ++k) difference.lx[k] = a.lx[k] - b.lx[k];
         return difference;
     }
@@ -24,8 +24,8 @@ struct Components {
 
 /// The light in a building as one combination of methods finds it.
 struct LightState {
-    std::vector<Components> sensors{};         ///< [sensors]; outdoors and in solids: zero
-    std::vector<Components> nodes{};           ///< [grid.nodes]
+    std::vector<ComponentsAndTotal> sensors{};         ///< [sensors]; outdoors and in solids: zero
+    std::vector<ComponentsAndTotal> nodes{};           ///< [grid.nodes]
     std::vector<double> patch_exitance_lm_m2{};  ///< [gather_patch_count], luminous
 };
 
@@ -63,7 +63,7 @@ public:
     }
 
 private:
-    Components components(const PointIlluminance& point) const;
+    ComponentsAndTotal components(const PointIlluminance& point) const;
 
     const Scene& scene_;
     const Building& building_;

@@ -27,7 +27,7 @@ constexpr int most_band_rows = 8;
 constexpr std::int64_t most_band_samples = 4'000'000;
 
 /// Points on surfaces are lifted off them by this for gathering, as sensors are.
-constexpr double touching_m = 1e-5;
+constexpr double lifted_m = 1e-5;
 
 /// What one ray of a view meets.
 struct Look {
@@ -277,7 +277,7 @@ private:
             for (const Sample& sample : samples)
                 if (is_there(sample)) sum_m += sample.point_m(), ++count;
             const Facet& facet = building_.facets[index(facet_id)];
-            const GatherPoint point{1.0 / count * sum_m + touching_m * facet.normal, facet.normal};
+            const GatherPoint point{1.0 / count * sum_m + lifted_m * facet.normal, facet.normal};
             const LightBySource sky_and_outdoors = direct_->without_sun(point).by_source();
             visibility_.gather_row(point, scratch.row);
             const LightBySource illuminance_lx = sky_and_outdoors + collect(scratch.row, solution_.radiosity.exitance_lm_m2, solution_.repair);
@@ -291,7 +291,7 @@ private:
             const std::uint32_t spot = sample.look.patch == PatchId::none ? no_sunspot : grid_.patches[index(sample.look.patch)].sunspot;
             return spot == no_sunspot ? Band3{} : grid_.sunspot_illuminance_lx[spot];
         }
-        const dvec3 place = sample.point_m() + touching_m * facet.normal;
+        const dvec3 place = sample.point_m() + lifted_m * facet.normal;
         Band3 found;
         direct_->sun_at({&place, 1}, facet.normal, {&found, 1});
         return found;

@@ -16,7 +16,7 @@ using glm::dvec3;
 constexpr double smallest_cosine = 1e-6;
 
 // Nearer than this to the plane of the face, a polygon lies in it and throws no shadow on it.
-constexpr double touching_m = 1e-7;
+constexpr double in_plane_m = 1e-7;
 
 // A face's plane, onto which polygons in front of it are projected along the sun.
 class SunProjection {
@@ -34,7 +34,7 @@ public:
             highest = std::max(highest, heights_.back());
         }
         Ring ring;
-        if (highest < touching_m) return ring;
+        if (highest < in_plane_m) return ring;
         const std::size_t n = polygon_m.size();
         for (std::size_t i = 0; i < n; ++i) {
             const std::size_t j = (i + 1) % n;

@@ -11,12 +11,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Facets are drawn wider by this, so that no cell is lost between facets that share an edge, even where only
-/// a part of it is an edge of the other (a T-junction). Geometry is rounded to 1 nm, so that cracks are a few
-/// nm wide. A cell drawn by both keeps the nearer one. Facets seen from behind are drawn narrower instead:
-/// the back of a solid must not show along its outline.
-constexpr double crack_m = 1e-8;
-
 /// A pointed facet gets no spikes by being drawn wider: it ends at this distance from its bounds, as a share
 /// of the extent.
 constexpr double spike = 1e-6;

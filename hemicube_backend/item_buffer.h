@@ -8,6 +8,12 @@
 
 namespace naturel {
 
+/// Facets are drawn wider by this, so that no cell is lost between facets that share an edge, even where only
+/// a part of it is an edge of the other (a T-junction). Geometry is rounded to 1 nm, so that cracks are a few
+/// nm wide. A cell drawn by both keeps the nearer one. Facets seen from behind are drawn narrower instead:
+/// the back of a solid must not show along its outline.
+inline constexpr double crack_m = 1e-8;
+
 /// How a plane of a projection lies in the world: orthonormal, right x up = forward. x of its cells follows
 /// `right`, y follows `up`.
 struct ProjectionAxes {

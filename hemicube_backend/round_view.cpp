@@ -21,9 +21,6 @@ constexpr int cells_per_pixel = 2;
 /// A drawing spans no more than this tangent to each side, so that its cells are of much the same size.
 constexpr double widest = 1.0;
 
-/// As the item buffer draws facets wider, and those seen from behind narrower.
-constexpr double crack_m = 1e-8;
-
 /// Where a ray meets a facet, if it does and the view shows it there.
 double distance_m(const FacetSet& facets, const FacetSet::Item& item, const Camera& camera, const dvec3& direction) {
     constexpr double nowhere = std::numeric_limits<double>::infinity();

@@ -57,7 +57,7 @@ constexpr HemicubeOptions article{.surface = ProjectionSurface::single_plane, .r
 /// Largest change of total illuminance, as a share of the mean of the reference, in sequence.
 double largest_share(const ErrorBudget& budget, std::string_view name) {
     double mean_lx = 0.0;
-    for (const Components& sensor : budget.reference.sensors) mean_lx += sensor.total() / static_cast<double>(budget.reference.sensors.size());
+    for (const ComponentsAndTotal& sensor : budget.reference.sensors) mean_lx += sensor.total() / static_cast<double>(budget.reference.sensors.size());
     const LightState* before = &budget.reference;
     for (const Ingredient& ingredient : budget.ingredients) {
         if (ingredient.name == name) {
@@ -81,7 +81,7 @@ TEST_CASE("the errors of the ingredients add up to that of the method at every p
         const auto& method = at_nodes ? budget.method().nodes : budget.method().sensors;
         REQUIRE(!reference.empty());
         for (std::size_t p = 0; p < reference.size(); ++p) {
-            for (std::size_t c = 0; c < Components::names.size(); ++c) {
+            for (std::size_t c = 0; c < ComponentsAndTotal::names.size(); ++c) {
                 double sum = 0.0, before = reference[p].lx[c];
                 for (const Ingredient& ingredient : budget.ingredients) {
                     const double now = (at_nodes ? ingredient.in_sequence.nodes : ingredient.in_sequence.sensors)[p].lx[c];
