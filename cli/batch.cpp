@@ -24,11 +24,6 @@
 namespace naturel {
 namespace {
 
-void print(std::FILE* file, const std::string& text) {
-    std::fwrite(text.data(), 1, text.size(), file);
-    std::fflush(file);
-}
-
 /// Whether stderr is for people.
 bool tells_in_words(const BatchOptions& options) {
     return !options.quiet && options.progress == ProgressForm::text;
@@ -113,7 +108,7 @@ private:
     void fail(std::size_t job, const std::string& error) {
         records_.append(failed_record(jobs_.jobs[job].key, error));
         progress_.add(0, 1);
-        if (tells_in_words(options_)) print(stderr, fmt::format("job {} failed: {}\n", job + 1, error));
+        if (tells_in_words(options_)) print_at_once(stderr, fmt::format("job {} failed: {}\n", job + 1, error));
         if (options_.max_failures && progress_.failed() > *options_.max_failures) throw TooManyFailures{};
     }
 
@@ -265,7 +260,7 @@ ExitCode conclude(const BatchOptions& options, const JobList& list, std::span<co
         text += fmt::format("  shard {} of {} has ended; results are written by the last one, or by `naturel merge`\n", shard.number, shard.count);
     }
     if (counts.not_converged > 0) text += fmt::format("  {} jobs did NOT converge\n", counts.not_converged);
-    print(stdout, text);
+    print_at_once(stdout, text);
     if (std::ranges::any_of(mine, [&](std::size_t job) { return finished.state(list.jobs[job].key) == JobState::failed; }))
         return ExitCode::some_failed;
     return counts.not_converged > 0 ? ExitCode::not_converged : ExitCode::done;
@@ -288,12 +283,12 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
             const ScriptNeeds needs = needs_of(jobs, forecasts, jobs_of_shard(jobs, costs_of(forecasts), {number, shards}));
             most = {study.name, shards, std::max(most.bytes, needs.bytes), std::max(most.seconds, needs.seconds)};
         }
-        print(stdout, job_script(options, most));
+        print_at_once(stdout, job_script(options, most));
         return ExitCode::done;
     }
     std::vector<std::size_t> mine = jobs_of_shard(jobs, costs_of(forecasts), shard);
     if (options.dry_run) {
-        print(stdout, dry_run_account(study, jobs, forecasts, mine, shard));
+        print_at_once(stdout, dry_run_account(study, jobs, forecasts, mine, shard));
         return ExitCode::done;
     }
 
@@ -306,7 +301,7 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     }
     RecordFile records(records_folder(options.out) / (shard.name() + ".records"));
     const FinishedJobs known(options.out);
-    for (const std::string& damage : known.damages()) print(stderr, "warning: " + damage + "\n");
+    for (const std::string& damage : known.damages()) print_at_once(stderr, "warning: " + damage + "\n");
     const std::vector<std::size_t> all_mine = mine;
     const std::size_t all = all_mine.size();
     std::set<std::string_view> keys;
@@ -315,17 +310,17 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
         const bool computed_twice = !keys.insert(jobs.jobs[job].key).second;
         return computed_twice || state == JobState::done || (state == JobState::failed && !options.retry_failed);
     });
-    if (tells_in_words(options) && mine.size() < all) print(stderr, fmt::format("{} of {} jobs are finished already\n", all - mine.size(), all));
+    if (tells_in_words(options) && mine.size() < all) print_at_once(stderr, fmt::format("{} of {} jobs are finished already\n", all - mine.size(), all));
 
     JobProgress progress(told, options.quiet ? ProgressForm::none : options.progress, drawn, mine.size());
     BatchRun run(options, study, sets, jobs, records, progress);
     try {
         run.compute(mine, known);
     } catch (const TooManyFailures&) {
-        print(stderr, fmt::format("naturel: stopped after {} failures (--max-failures)\n", progress.failed()));
+        print_at_once(stderr, fmt::format("naturel: stopped after {} failures (--max-failures)\n", progress.failed()));
         return ExitCode::some_failed;
     } catch (const Interrupted&) {
-        print(stderr, fmt::format("naturel: {} of {} jobs are finished; the same command goes on from there\n",
+        print_at_once(stderr, fmt::format("naturel: {} of {} jobs are finished; the same command goes on from there\n",
                                   all - mine.size() + progress.done() + progress.failed(), all));
         throw;
     }

@@ -524,19 +524,19 @@ std::string draw_histogram(const ComparisonJson& comparison, const std::string& 
 
 // Convergence
 
-struct SweepPoint {
+struct CurvePoint {
     std::string label;  ///< the value in words, if it is one
     double value, rms_percent, seconds;
     bool pareto;
 };
 
-struct Sweep {
+struct Curve {
     std::string parameter, unit, slope;
-    std::vector<SweepPoint> points;
+    std::vector<CurvePoint> points;
 
     /// Settings that are words, as the spacing of cells, have no order and no slope.
     bool in_words() const {
-        return std::ranges::any_of(points, [](const SweepPoint& point) {
+        return std::ranges::any_of(points, [](const CurvePoint& point) {
             return !point.label.empty() &&
                    std::string_view("0123456789.+-").find(point.label[0]) == std::string_view::npos;
         });
@@ -547,12 +547,12 @@ std::string slope_text(double slope) {
     return fmt::format("{}{:.2f}", slope < 0.0 ? "−" : "", std::abs(slope));
 }
 
-std::vector<Sweep> sweeps_of(const ComparisonJson& comparison) {
-    std::vector<Sweep> sweeps;
+std::vector<Curve> sweeps_of(const ComparisonJson& comparison) {
+    std::vector<Curve> sweeps;
     const ComparisonJson& list = value_below(comparison, {"sweeps"});
     if (!list.is_array()) return sweeps;
     for (const ComparisonJson& entry : list) {
-        Sweep sweep{text_below(entry, {"parameter"}), text_below(entry, {"unit"}), {}, {}};
+        Curve sweep{text_below(entry, {"parameter"}), text_below(entry, {"unit"}), {}, {}};
         if (const auto slope = number_below(entry, {"slope"})) {
             sweep.slope = "slope " + slope_text(*slope);
             const auto low = number_below(entry, {"slope_low"}), high = number_below(entry, {"slope_high"});
@@ -569,7 +569,7 @@ std::vector<Sweep> sweeps_of(const ComparisonJson& comparison) {
                                         number_below(point, {"seconds"}).value_or(0.0),
                                         front.is_boolean() && front.get<bool>()});
             }
-        if (std::ranges::any_of(sweep.points, [](const SweepPoint& p) { return p.rms_percent > 0.0; }))
+        if (std::ranges::any_of(sweep.points, [](const CurvePoint& p) { return p.rms_percent > 0.0; }))
             sweeps.push_back(std::move(sweep));
     }
     return sweeps;
@@ -610,11 +610,11 @@ void draw_mark(SvgSheet& sheet, std::size_t series, const dvec2& at, double size
 }
 
 std::string draw_convergence(const ComparisonJson& comparison) {
-    const std::vector<Sweep> sweeps = sweeps_of(comparison);
+    const std::vector<Curve> sweeps = sweeps_of(comparison);
     if (sweeps.empty()) return {};
     std::vector<double> errors, seconds;
-    for (const Sweep& sweep : sweeps)
-        for (const SweepPoint& point : sweep.points)
+    for (const Curve& sweep : sweeps)
+        for (const CurvePoint& point : sweep.points)
             errors.push_back(point.rms_percent), seconds.push_back(point.seconds);
 
     SvgSheet sheet;
@@ -629,17 +629,17 @@ std::string draw_convergence(const ComparisonJson& comparison) {
         ++panels;
         return PaperBox{low, low + dvec2{panel_mm, panel_height_mm}};
     };
-    const auto plot = [&](const PaperBox& box, const Axis& x, std::size_t series, const Sweep& sweep,
-                          double SweepPoint::*abscissa) {
+    const auto plot = [&](const PaperBox& box, const Axis& x, std::size_t series, const Curve& sweep,
+                          double CurvePoint::*abscissa) {
         const Axis y = *logarithmic_axis(errors, box.high_mm.y, box.low_mm.y);
         std::string line;
-        for (const SweepPoint& point : sweep.points)
+        for (const CurvePoint& point : sweep.points)
             if (point.*abscissa > 0.0 && point.rms_percent > 0.0)
                 line += fmt::format("{}{} {}", line.empty() ? 'M' : 'L', millimetres(x.at(point.*abscissa)),
                                     millimetres(y.at(point.rms_percent)));
         if (!sweep.in_words())
             sheet.path("", line, drawn(series_colours[series % series_colours.size()], 0.3));
-        for (const SweepPoint& point : sweep.points)
+        for (const CurvePoint& point : sweep.points)
             if (point.*abscissa > 0.0 && point.rms_percent > 0.0)
                 draw_mark(sheet, series, {x.at(point.*abscissa), y.at(point.rms_percent)},
                           point.pareto ? 1.4 : 1.0, point.pareto);
@@ -650,14 +650,14 @@ std::string draw_convergence(const ComparisonJson& comparison) {
             y = *logarithmic_axis(errors, box.high_mm.y, box.low_mm.y);
         draw_axes(sheet, box, x, &y, "time, s", "RMS error, %, of all sweeps (dark rim: Pareto front)");
         for (std::size_t k = 0; k < sweeps.size(); ++k)
-            plot(box, x, k, sweeps[k], &SweepPoint::seconds);
+            plot(box, x, k, sweeps[k], &CurvePoint::seconds);
     }
     std::string description = "Root mean square error, on logarithmic axes.";
     for (std::size_t k = 0; k < sweeps.size(); ++k) {
-        Sweep sweep = sweeps[k];
+        Curve sweep = sweeps[k];
         std::vector<double> values;
         std::vector<std::string> names;
-        for (SweepPoint& point : sweep.points) {
+        for (CurvePoint& point : sweep.points) {
             values.push_back(point.value);
             names.push_back(point.label);
             if (sweep.in_words()) point.value = static_cast<double>(names.size());
@@ -675,7 +675,7 @@ std::string draw_convergence(const ComparisonJson& comparison) {
             sweep.unit.empty() ? sweep.parameter : fmt::format("{}, {}", sweep.parameter, sweep.unit);
         draw_axes(sheet, box, *x, &y, name,
                   sweep.slope.empty() ? "RMS error, %" : "RMS error, %: " + sweep.slope);
-        plot(box, *x, k, sweep, &SweepPoint::value);
+        plot(box, *x, k, sweep, &CurvePoint::value);
         description +=
             fmt::format(" {}: {}.", sweep.parameter, sweep.slope.empty() ? "no slope" : sweep.slope);
     }

@@ -83,4 +83,9 @@ void make_writable_folder(const std::filesystem::path& folder) {
     probe.close();
 }
 
+void print_at_once(std::FILE* stream, std::string_view text) {
+    std::fwrite(text.data(), 1, text.size(), stream);
+    std::fflush(stream);
+}
+
 }  // namespace naturel

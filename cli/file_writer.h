@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
@@ -47,5 +48,8 @@ void write_file_for_good(const std::filesystem::path& file, std::string_view byt
 /// Makes a folder if need be, and proves that files can be written there.
 /// Throws InputError with path and reason.
 void make_writable_folder(const std::filesystem::path& folder);
+
+/// Writes to a stream without keeping any of it back.
+void print_at_once(std::FILE* stream, std::string_view text);
 
 }  // namespace naturel

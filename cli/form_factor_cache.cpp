@@ -15,9 +15,9 @@
 namespace naturel {
 namespace {
 
-constexpr std::string_view magic = "NATURFF1";
+constexpr std::string_view entry_magic = "NATURFF1";
 constexpr std::string_view ending = ".rows";
-constexpr std::size_t checksum_bytes = 64;
+constexpr std::size_t entry_checksum_bytes = 64;
 
 void note(const std::string& text) {
     std::fputs(("naturel: cache: " + text + "\n").c_str(), stderr);
@@ -25,7 +25,7 @@ void note(const std::string& text) {
 
 /// Numbers of entries, then arrays one after the other, then the SHA-256 of all that.
 std::string bytes_of_rows(const FormFactorRows& rows) {
-    std::string bytes(magic);
+    std::string bytes(entry_magic);
     append_bytes<std::uint64_t>(bytes, rows.lost.size());
     append_bytes<std::uint64_t>(bytes, rows.column.size());
     append_bytes<std::uint64_t>(bytes, rows.error.size());
@@ -37,10 +37,10 @@ std::string bytes_of_rows(const FormFactorRows& rows) {
 
 /// Empty if the bytes are not what bytes_of_rows() wrote for so many rows.
 std::optional<FormFactorRows> rows_of_bytes(std::string_view bytes, std::size_t row_count) {
-    if (bytes.size() < magic.size() + 3 * sizeof(std::uint64_t) + checksum_bytes || !bytes.starts_with(magic)) return std::nullopt;
-    const std::string_view content = bytes.substr(0, bytes.size() - checksum_bytes);
+    if (bytes.size() < entry_magic.size() + 3 * sizeof(std::uint64_t) + entry_checksum_bytes || !bytes.starts_with(entry_magic)) return std::nullopt;
+    const std::string_view content = bytes.substr(0, bytes.size() - entry_checksum_bytes);
     if (bytes.substr(content.size()) != sha256_hex(content)) return std::nullopt;
-    const char* at = content.data() + magic.size();
+    const char* at = content.data() + entry_magic.size();
     const auto take = [&](void* target, std::size_t size) {
         if (size > 0) std::memcpy(target, at, size);  // an empty array has no place
         at += size;

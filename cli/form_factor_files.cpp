@@ -32,7 +32,7 @@ struct RowArrays {
     }
 };
 
-std::string in_quotes(std::string_view text) {
+std::string csv_text(std::string_view text) {
     std::string quoted = "\"";
     for (const char c : text)
         quoted.append(c == '"' ? 2 : 1, c);
@@ -76,7 +76,7 @@ void write_patches_csv(WholeFile& file, const FormFactorTable& table) {
         const Patch& patch = table.grid.patches[i];
         // + 0.0 turns -0 into 0.
         fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", i,
-                       in_quotes(table.building.faces[index(patch.face)].name), patch.area_m2, patch.centroid_m.x + 0.0,
+                       csv_text(table.building.faces[index(patch.face)].name), patch.area_m2, patch.centroid_m.x + 0.0,
                        patch.centroid_m.y + 0.0, patch.centroid_m.z + 0.0, patch.normal.x + 0.0, patch.normal.y + 0.0,
                        patch.normal.z + 0.0, table.row_sum[i], table.form_factors.lost[i], table.form_factors.truncated[i],
                        table.form_factors.escaped[i], table.reciprocity_gap[i]);

@@ -18,9 +18,9 @@
 namespace naturel {
 namespace {
 
-constexpr std::string_view magic = "NATURJOB";
+constexpr std::string_view record_magic = "NATURJOB";
 constexpr std::size_t checksum_bytes = 32;  // hexadecimal digits: 128 bits
-constexpr std::size_t head_bytes = magic.size() + sizeof(std::uint64_t) + checksum_bytes;
+constexpr std::size_t head_bytes = record_magic.size() + sizeof(std::uint64_t) + checksum_bytes;
 
 std::string checksum(std::string_view content) {
     return sha256_hex(content).substr(0, checksum_bytes);
@@ -43,9 +43,9 @@ std::string bytes_of_file(const std::filesystem::path& file) {
 
 /// The content of a record that begins at `at`; empty if there is none, or it is not whole.
 std::string_view content_at(std::string_view bytes, std::size_t at) {
-    if (bytes.size() - at < head_bytes || bytes.substr(at, magic.size()) != magic) return {};
+    if (bytes.size() - at < head_bytes || bytes.substr(at, record_magic.size()) != record_magic) return {};
     std::uint64_t length = 0;
-    std::memcpy(&length, bytes.data() + at + magic.size(), sizeof length);
+    std::memcpy(&length, bytes.data() + at + record_magic.size(), sizeof length);
     if (length > bytes.size() - at - head_bytes) return {};
     const std::string_view content = bytes.substr(at + head_bytes, length);
     return bytes.substr(at + head_bytes - checksum_bytes, checksum_bytes) == checksum(content) ? content : std::string_view();
@@ -57,7 +57,7 @@ std::string record_bytes(std::string_view json, std::span<const double> numbers)
     std::string content(json);
     content += '\n';
     content += bytes_of(numbers);
-    std::string record(magic);
+    std::string record(record_magic);
     append_bytes<std::uint64_t>(record, content.size());
     return record + checksum(content) + content;
 }
@@ -69,7 +69,7 @@ RecordScan scan_records(const std::filesystem::path& file) {
     while (at < bytes.size()) {
         const std::string_view content = content_at(bytes, at);
         if (content.empty()) {
-            at = std::min(bytes.find(magic, at + 1), bytes.size());
+            at = std::min(bytes.find(record_magic, at + 1), bytes.size());
             continue;
         }
         scan.damaged_bytes += at - scan.end;

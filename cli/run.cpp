@@ -27,11 +27,6 @@
 namespace naturel {
 namespace {
 
-void print(std::FILE* file, const std::string& text) {
-    std::fwrite(text.data(), 1, text.size(), file);
-    std::fflush(file);
-}
-
 std::filesystem::path comparison_file(const std::filesystem::path& out, std::string_view backend,
                                       std::string_view reference) {
     return out / fmt::format("{}_minus_{}.json", backend, reference);
@@ -93,7 +88,7 @@ ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backe
     for (const Backend& backend : backends)
         text += dry_run_account(options, prepared.scene, prepared.building, prepared.grid, sensors,
                                 *backend.make(prepared.building, prepared.grid, options.backends));
-    print(stdout, text);
+    print_at_once(stdout, text);
     return ExitCode::done;
 }
 
@@ -117,7 +112,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     }
     remove_results_of_earlier_run(options.out);
     for (const std::string& note : colour_notes(read))
-        print(stderr, "warning: " + note + "\n");
+        print_at_once(stderr, "warning: " + note + "\n");
     shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
@@ -186,14 +181,14 @@ ExitCode run(const RunOptions& options, Progress& progress) {
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary);
 
-        print(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
+        print_at_once(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())
                 times += fmt::format("; {} {:.2f} s", stage.stage, stage.wall_s);
             // Where sensors are does not depend on the backend.
             if (totals.empty()) times = misplaced_sensors(sets) + times;
-            print(stderr, times + "\n");
+            print_at_once(stderr, times + "\n");
         }
         converged = converged && solution.radiosity.converged;
         totals.push_back(sensor_totals(result));
@@ -204,7 +199,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         for (std::size_t k = 0; k + 1 < totals.size(); ++k) {
             const auto sets =
                 compare_sensor_sets(scene, reference.sensors, totals[k].total_lx, reference.total_lx);
-            print(stdout, difference_account(totals[k].backend.name, reference.backend.name, sets));
+            print_at_once(stdout, difference_account(totals[k].backend.name, reference.backend.name, sets));
             write_file(comparison_file(options.out, totals[k].backend.name, reference.backend.name),
                        comparison_json(scene, options.scene, totals[k].backend, reference.backend, sets));
         }

@@ -21,7 +21,7 @@ using glm::dvec2;
 using glm::dvec3;
 
 // A sheet in landscape format A4 holds the figure, its margins and the legend.
-constexpr dvec2 largest_figure_mm{200.0, 145.0};
+constexpr dvec2 largest_map_mm{200.0, 145.0};
 
 // More cells than this could not be told apart on the sheet.
 constexpr std::size_t most_cells = 50000;
@@ -189,7 +189,7 @@ std::string draw_map(const Result& result, const Cells& cells, const Shown& show
     const double around_m = 0.06 * std::max(extent_m.size().x, extent_m.size().y);
     extent_m.low -= around_m;
     extent_m.high += around_m;
-    const double paper_scale = usual_scale(extent_m.size(), largest_figure_mm), mm_per_m = 1000.0 / paper_scale;
+    const double paper_scale = usual_scale(extent_m.size(), largest_map_mm), mm_per_m = 1000.0 / paper_scale;
     const dvec2 corner_mm{margin_mm, margin_mm + header_mm}, figure_mm = mm_per_m * extent_m.size();
     const PaperBox frame{corner_mm, corner_mm + figure_mm};
     const PaperMap map{.origin_m = {extent_m.low.x, extent_m.high.y, z_m}, .at_mm = corner_mm, .mm_per_m = mm_per_m};

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view magic = "naturel solution ";
+constexpr std::string_view solution_magic = "naturel solution ";
 constexpr int version = 1;
 constexpr std::size_t digest_digits = 64;
 
@@ -212,10 +212,10 @@ private:
 
 /// The first line says what the file is and how the rest of it must look. Returns the rest.
 std::string_view checked_rest(std::string_view bytes, const std::string& file) {
-    if (!bytes.starts_with(magic))
+    if (!bytes.starts_with(solution_magic))
         throw InputError(file, fmt::format("this is not a stored solution (\"naturel run\" writes {})", stored_solution_name));
     const std::size_t end = std::min(bytes.find('\n'), bytes.size());
-    const std::string_view words = bytes.substr(magic.size(), end - magic.size());
+    const std::string_view words = bytes.substr(solution_magic.size(), end - solution_magic.size());
     const std::size_t blank = std::min(words.find(' '), words.size());
     if (words.substr(0, blank) != fmt::format("{}", version))
         throw InputError(file, fmt::format("the stored solution has another version of the format ({} would be right: run the scene again)", version));
@@ -260,7 +260,7 @@ std::string stored_solution(const Result& result, std::span<const SourceFile> so
     rest += words;
     rest += texts;
     rest += numbers;
-    return fmt::format("{}{} {}\n", magic, version, sha256_hex(rest)) + rest;
+    return fmt::format("{}{} {}\n", solution_magic, version, sha256_hex(rest)) + rest;
 }
 
 StoredRun read_stored_solution(const std::filesystem::path& result, const Progress& progress) {

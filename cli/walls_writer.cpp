@@ -72,16 +72,16 @@ std::string looks(const DrawingContext& context, const Face& face) {
 }
 
 /// Rows of elevations, each with the width that its names need.
-struct Row {
+struct RowOfElevations {
     std::vector<Elevation> elevations;
     std::vector<double> left_mm;  ///< of each, from the left of the row
     double width_mm = 0.0;
     PlaneExtent heights_m;  ///< in y
 };
 
-std::vector<Row> lay_out(const DrawingContext& context, std::vector<Elevation> elevations, double mm_per_m,
+std::vector<RowOfElevations> lay_out(const DrawingContext& context, std::vector<Elevation> elevations, double mm_per_m,
                          double row_mm) {
-    std::vector<Row> rows;
+    std::vector<RowOfElevations> rows;
     for (Elevation& elevation : elevations) {
         const Face& face = context.report.building.faces[index(elevation.face)];
         // Walls that meet at an edge stand side by side; their names may need more room.
@@ -90,7 +90,7 @@ std::vector<Row> lay_out(const DrawingContext& context, std::vector<Elevation> e
                      looks_mm = text_width_mm(looks(context, face), name_mm);
         const double cell_mm = std::max({wall_mm, words_mm + 3.0, looks_mm + 3.0});
         if (rows.empty() || rows.back().width_mm + cell_mm > row_mm) rows.emplace_back();
-        Row& row = rows.back();
+        RowOfElevations& row = rows.back();
         if (!elevation.upright) {
             // Slopes are shown in their true size, from their lowest edge.
             const double low_m = elevation.extent_m.low.y;
@@ -129,17 +129,17 @@ std::string draw_walls(const DrawingContext& context, const DrawnFloor& floor) {
     constexpr double row_mm = 250.0, row_height_mm = 90.0, names_mm = 13.0;
     const double scale = usual_scale({largest_m.x * 2.0, largest_m.y}, {row_mm, row_height_mm});
     const double mm_per_m = 1000.0 / scale;
-    std::vector<Row> rows = lay_out(context, std::move(elevations), mm_per_m, row_mm);
+    std::vector<RowOfElevations> rows = lay_out(context, std::move(elevations), mm_per_m, row_mm);
 
     SvgSheet sheet;
     draw_header(sheet, context, floor, "Walls unrolled, seen from the room, clockwise", scale);
     const double left_mm = margin_mm + label_margin_mm;
     double top_mm = margin_mm + header_mm;
     double width_mm = 0.0;
-    for (const Row& row : rows)
+    for (const RowOfElevations& row : rows)
         width_mm = std::max(width_mm, row.width_mm);
 
-    for (Row& row : rows) {
+    for (RowOfElevations& row : rows) {
         const double height_mm = mm_per_m * row.heights_m.size().y;
         const PaperBox frame{{left_mm - label_margin_mm, top_mm - 6.0},
                              {left_mm + width_mm + 2.0, top_mm + height_mm + 1.0}};
