@@ -184,29 +184,36 @@ std::vector<GroupForecast> forecast_groups(const Study& study, RunOptionSets& se
     for (const StudyJob& job : jobs.jobs) {
         if (!job.invalid.empty() || seen[job.group]) continue;
         seen[job.group] = true;
-        attempt([&] {
+        try {
             groups[job.group] = forecast_group(input_of(study, job, sets), study.keep.images, progress);
-            return std::vector<std::string>();
-        });
+        } catch (const std::bad_alloc&) {
+            throw;  // a machine with more memory would come to another cost, and cut the row elsewhere
+        } catch (const Interrupted&) {
+            throw;
+        } catch (const std::exception&) {
+            // So will the job.
+        }
     }
     return groups;
 }
 
 std::vector<GroupCost> costs_of(const std::vector<GroupForecast>& forecasts) {
     std::vector<GroupCost> costs;
-    for (const GroupForecast& forecast : forecasts) costs.push_back({forecast.first_seconds, forecast.job_seconds});
+    for (const GroupForecast& forecast : forecasts) costs.push_back({forecast.first_seconds, forecast.set_seconds, forecast.job_seconds});
     return costs;
 }
 
 /// Time of some jobs, and the largest memory of their groups.
 ScriptNeeds needs_of(const StudyJobs& jobs, const std::vector<GroupForecast>& forecasts, std::span<const std::size_t> some) {
     ScriptNeeds needs;
-    std::vector<bool> seen(forecasts.size(), false);
-    for (const std::size_t job : some) {
-        if (!jobs.jobs[job].invalid.empty()) continue;
-        const GroupForecast& group = forecasts[jobs.jobs[job].group];
-        if (!seen[jobs.jobs[job].group]) needs.seconds += group.first_seconds;
-        seen[jobs.jobs[job].group] = true;
+    std::vector<bool> group_seen(forecasts.size(), false), set_seen(jobs.sets, false);
+    for (const std::size_t number : some) {
+        const StudyJob& job = jobs.jobs[number];
+        if (!job.invalid.empty()) continue;
+        const GroupForecast& group = forecasts[job.group];
+        if (!group_seen[job.group]) needs.seconds += group.first_seconds;
+        if (!set_seen[job.set]) needs.seconds += group.set_seconds;
+        group_seen[job.group] = true, set_seen[job.set] = true;
         needs.seconds += group.job_seconds;
         needs.bytes = std::max(needs.bytes, group.bytes);
     }
@@ -229,14 +236,20 @@ std::string dry_run_account(const Study& study, const StudyJobs& jobs, const std
     text += study.keep.images ? "Pictures are kept: every job is a run of its own.\n"
                               : "Jobs of a group share assembly, grid and form factors:\n";
     std::vector<std::size_t> sizes(forecasts.size(), 0);
-    for (const std::size_t job : mine)
-        if (jobs.jobs[job].invalid.empty()) ++sizes[jobs.jobs[job].group];
+    std::vector<std::set<std::size_t>> sets(forecasts.size());
+    for (const std::size_t job : mine) {
+        if (!jobs.jobs[job].invalid.empty()) continue;
+        ++sizes[jobs.jobs[job].group];
+        sets[jobs.jobs[job].group].insert(jobs.jobs[job].set);
+    }
     if (!study.keep.images)
         for (std::size_t g = 0; g < forecasts.size(); ++g)
             if (sizes[g] > 0)
-                text += fmt::format("  group {}: {} jobs; {} patches, {} sensors; memory at most about {}; {} first, then {:.3g} ms a job\n", g + 1,
-                                    sizes[g], forecasts[g].patches, forecasts[g].sensors, in_bytes(forecasts[g].bytes),
-                                    in_time(forecasts[g].first_seconds), 1e3 * forecasts[g].job_seconds);
+                text += fmt::format("  group {}: {} jobs; {} patches, {} sensors; memory at most about {}; {} first, {} for each of {} sets of reflectances and "
+                                    "glazings, then {:.3g} ms a job\n",
+                                    g + 1, sizes[g], forecasts[g].patches, forecasts[g].sensors, in_bytes(forecasts[g].bytes),
+                                    in_time(forecasts[g].first_seconds), in_time(forecasts[g].set_seconds), sets[g].size(),
+                                    1e3 * forecasts[g].job_seconds);
     const ScriptNeeds needs = needs_of(jobs, forecasts, mine);
     text += fmt::format("Together about {} of one core, and at most about {} of memory.\n", in_time(needs.seconds), in_bytes(needs.bytes));
     for (const std::size_t job : mine)
@@ -249,7 +262,7 @@ std::string dry_run_account(const Study& study, const StudyJobs& jobs, const std
 /// Where results are complete, they are written; the last shard to end does it. mine: the jobs of this shard, whose failures make
 /// the exit code.
 ExitCode conclude(const BatchOptions& options, const JobList& list, std::span<const std::size_t> mine, const Shard& shard, const std::string& work) {
-    const FolderLock lock(options.out / "lock");
+    const FolderLock lock(options.out);
     const FinishedJobs finished(options.out);
     JobCounts counts = count_jobs(list, finished);
     std::string text = fmt::format("study \"{}\": {} jobs done, {} failed, {} missing; {}\n", list.study, counts.done, counts.failed, counts.missing, work);
@@ -296,8 +309,8 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     make_writable_folder(records_folder(options.out));
     const JobList list = list_jobs(study, jobs);
     {
-        const FolderLock lock(options.out / "lock");
-        keep_job_list(options.out, list);
+        const FolderLock lock(options.out);
+        if (const auto warning = keep_job_list(options.out, list)) print_at_once(stderr, "warning: " + *warning + "\n");
     }
     RecordFile records(records_folder(options.out) / (shard.name() + ".records"));
     const FinishedJobs known(options.out);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <random>
 #include <system_error>
 
 #include "core/errors.h"
@@ -17,11 +18,27 @@ namespace {
                      fmt::format("cannot be written: {}", std::generic_category().message(error)));
 }
 
+/// Processes on several machines may write to one folder, and have the same number.
+std::string name_of_part() {
+    std::random_device random;
+    return fmt::format(".{}-{:08x}{}", ::getpid(), random(), part_ending);
+}
+
+/// What is written to a file or a folder is on the disk afterwards.
+void flush(const std::filesystem::path& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return;  // it cannot be read; it is there all the same
+    const int error = ::fsync(descriptor) == 0 ? 0 : errno;
+    ::close(descriptor);
+    // Not every file system can do that for a folder.
+    if (error != 0 && error != EINVAL) fail(path, error);
+}
+
 }  // namespace
 
 WholeFile::WholeFile(const std::filesystem::path& target)
-    : target_(target), path_(target.string() + fmt::format(".{}.part", ::getpid())) {
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    : target_(target), path_(target.string() + name_of_part()) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ < 0) fail(target_, errno);
 }
 
@@ -55,11 +72,7 @@ void WholeFile::put_in_place() {
 void WholeFile::put_in_place_for_good() {
     if (::fsync(descriptor_) != 0) fail(target_, errno);
     put_in_place();
-    const std::filesystem::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
-    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) return;  // a folder that cannot be read; the file is there
-    ::fsync(descriptor);
-    ::close(descriptor);
+    flush(target_.has_parent_path() ? target_.parent_path() : ".");
 }
 
 void write_file_for_good(const std::filesystem::path& file, std::string_view bytes) {
@@ -77,10 +90,22 @@ void write_file(const std::filesystem::path& file, std::string_view bytes) {
 void make_writable_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw InputError(folder.string(), fmt::format("cannot be made: {}", error.message()));
+    if (error) throw WriteError(folder.string(), fmt::format("cannot be made: {}", error.message()));
     WholeFile probe(folder / "probe");
     probe.write("naturel");
     probe.close();
+}
+
+void remove_parts(const std::filesystem::path& folder) {
+    std::error_code gone;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, gone))
+        if (entry.path().extension() == part_ending) std::filesystem::remove(entry.path(), gone);
+}
+
+void keep_for_good(const std::filesystem::path& folder) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) flush(entry.path());
+    flush(folder);
+    flush(folder.parent_path());
 }
 
 void print_at_once(std::FILE* stream, std::string_view text) {

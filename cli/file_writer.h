@@ -12,6 +12,9 @@ struct WriteError : InputError {
     using InputError::InputError;
 };
 
+/// How the names of files end that are still being written. A process that was killed leaves them.
+constexpr std::string_view part_ending = ".part";
+
 /// A file that is written piece by piece beside its place, and vanishes with this object unless put there.
 /// Everything throws WriteError with path and reason.
 class WholeFile {
@@ -46,8 +49,14 @@ void write_file(const std::filesystem::path& file, std::string_view bytes);
 void write_file_for_good(const std::filesystem::path& file, std::string_view bytes);
 
 /// Makes a folder if need be, and proves that files can be written there.
-/// Throws InputError with path and reason.
+/// Throws WriteError with path and reason.
 void make_writable_folder(const std::filesystem::path& folder);
+
+/// Removes what processes that were killed left in a folder. Nobody else may be writing there.
+void remove_parts(const std::filesystem::path& folder);
+
+/// Afterwards everything in a folder outlives a loss of power. Throws WriteError with path and reason.
+void keep_for_good(const std::filesystem::path& folder);
 
 /// Writes to a stream without keeping any of it back.
 void print_at_once(std::FILE* stream, std::string_view text);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <optional>
@@ -59,16 +60,32 @@ std::optional<FormFactorRows> rows_of_bytes(std::string_view bytes, std::size_t 
     return rows;
 }
 
-/// Nothing where the file is damaged, or cannot be read: another process may just have removed it.
+/// Nothing where there is no file, or a damaged one.
 std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, std::size_t count) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) return {};
     try {
-        return rows_of_bytes(file_content(file), count);
-    } catch (const InputError&) {
-        return {};
+        if (auto rows = rows_of_bytes(file_content(file), count)) {
+            std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
+            return rows;
+        }
+        note(fmt::format("{} is damaged: its form factors are computed again", file.string()));
+    } catch (const InputError& unreadable) {
+        // Another process may just have removed it, to make room.
+        if (std::filesystem::exists(file, error)) note(unreadable.what());
     }
+    return {};
 }
 
-/// Removes what was used longest ago, `kept` never. Another process may do the same at the same time: what is gone is gone.
+/// Whether nobody can still be at work on a file that is not complete.
+bool is_left_over(const std::filesystem::directory_entry& entry) {
+    std::error_code gone;
+    const auto written = entry.last_write_time(gone);
+    return entry.path().extension() == part_ending && !gone && written + std::chrono::hours(1) < std::filesystem::file_time_type::clock::now();
+}
+
+/// Removes what was used longest ago, `kept` never, and what killed processes left. Another process may do the same at the same
+/// time: what is gone is gone.
 void keep_below(const std::filesystem::path& folder, double limit_bytes, const std::filesystem::path& kept) {
     struct File {
         std::filesystem::file_time_type used;
@@ -79,6 +96,7 @@ void keep_below(const std::filesystem::path& folder, double limit_bytes, const s
     double all_bytes = 0.0;
     std::error_code gone;
     for (const auto& entry : std::filesystem::directory_iterator(folder, gone)) {
+        if (is_left_over(entry)) std::filesystem::remove(entry.path(), gone);
         if (entry.path().extension() != ending) continue;
         const auto used = entry.last_write_time(gone);
         const auto bytes = gone ? 0 : entry.file_size(gone);
@@ -117,14 +135,7 @@ public:
     FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const override {
         const std::filesystem::path file =
             cache_.folder / (form_factor_key(building_, grid_, *seen_, count, with_errors) + std::string(ending));
-        std::error_code error;
-        if (std::filesystem::exists(file, error)) {
-            if (auto rows = rows_of_file(file, count)) {
-                std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
-                return std::move(*rows);
-            }
-            note(fmt::format("{} is damaged: its form factors are computed again", file.string()));
-        }
+        if (auto rows = rows_of_file(file, count)) return std::move(*rows);
         FormFactorRows rows = seen_->form_factor_rows(count, with_errors, progress);
         keep(file, rows);
         return rows;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
+#include "cli/json_text.h"
 #include "cli/little_endian.h"
 #include "core/colour.h"
 #include "core/errors.h"
@@ -198,7 +199,7 @@ private:
                  {"byteStride", 4},
                  {"target", array_buffer}}};
         }
-        std::string text = gltf.dump(-1, ' ', false, Json::error_handler_t::replace);
+        std::string text = json_line(gltf);
         text.resize((text.size() + 3) / 4 * 4, ' ');
 
         const std::string_view parts[]{indices_, vectors_, scalars_};  // each a whole number of 4-byte words

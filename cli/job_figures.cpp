@@ -6,16 +6,13 @@
 #include <stdexcept>
 
 #include "cli/csv_writer.h"
+#include "cli/json_text.h"
 #include "cli/json_writer.h"
 
 namespace naturel {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string line_of(const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
 
 std::vector<double> light_on_all(const Result& result) {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -42,12 +39,12 @@ std::string done_record(const std::string& key, const Result& result, bool senso
     for (const SensorSetStatistics& set : sets)
         if (set.illuminance_lx && !std::isfinite(set.illuminance_lx->mean)) throw std::logic_error("a result is not a finite number");
     const Json figures = figures_json(result, sets);
-    return record_bytes(line_of({{"key", key}, {"status", "done"}, {"figures", figures}}),
+    return record_bytes(json_line({{"key", key}, {"status", "done"}, {"figures", figures}}),
                         sensors ? light_on_all(result) : std::vector<double>());
 }
 
 std::string failed_record(const std::string& key, const std::string& error) {
-    return record_bytes(line_of({{"key", key}, {"status", "failed"}, {"error", error}}), {});
+    return record_bytes(json_line({{"key", key}, {"status", "failed"}, {"error", error}}), {});
 }
 
 std::string sensors_record(const std::string& group_key, const Scene& scene, const std::vector<Sensor>& sensors) {
@@ -59,7 +56,7 @@ std::string sensors_record(const std::string& group_key, const Scene& scene, con
                         {"point", {p.x, p.y, p.z, n.x, n.y, n.z}},
                         {"medium", medium_word(sensor.medium)}});
     }
-    return record_bytes(line_of({{"key", group_key}, {"status", "sensors"}, {"sensors", list}}), {});
+    return record_bytes(json_line({{"key", group_key}, {"status", "sensors"}, {"sensors", list}}), {});
 }
 
 }  // namespace naturel

@@ -85,7 +85,9 @@ std::string record_with_pictures(const PendingJob& job, const std::filesystem::p
     const Result result{options, prepared.scene, prepared.building, prepared.grid, *visibility, solution, primaries, {}};
     make_writable_folder(pictures);
     prepare_view_folders(prepared.scene, options.picture_files, pictures);
+    for (const char* folder : {"views", "views/false_colour"}) remove_parts(pictures / folder);
     write_views(result, pictures, progress);
+    keep_for_good(pictures);  // before a record says that they are there
     return done_record(job.key, result, keep_sensors);
 }
 

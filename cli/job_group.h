@@ -51,6 +51,7 @@ struct GroupForecast {
     std::size_t patches = 0, sensors = 0;
     double bytes = 0.0;
     double first_seconds = 0.0;  ///< CPU time before there is any job
+    double set_seconds = 0.0;    ///< before the first job of each set of reflectances, glazings and divisions of the sky
     double job_seconds = 0.0;    ///< of each job
 };
 GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress);

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "cli/file_writer.h"
+#include "cli/json_text.h"
 #include "core/errors.h"
 
 namespace naturel {
@@ -40,10 +41,10 @@ JobList list_jobs(const Study& study, const StudyJobs& jobs) {
 
 std::string job_list_text(const JobList& list) {
     std::string text =
-        Json{{"naturel", list.version}, {"study", list.study}, {"sensors", list.sensors}, {"jobs", list.jobs.size()}}.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+        json_line({{"naturel", list.version}, {"study", list.study}, {"sensors", list.sensors}, {"jobs", list.jobs.size()}}) + '\n';
     std::size_t number = 0;
     for (const ListedJob& job : list.jobs)
-        text += Json{{"job", ++number}, {"key", job.key}, {"group", job.group}, {"group_key", job.group_key}, {"parameters", job.parameters}}.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+        text += json_line({{"job", ++number}, {"key", job.key}, {"group", job.group}, {"group_key", job.group_key}, {"parameters", job.parameters}}) + '\n';
     return text;
 }
 
@@ -71,17 +72,19 @@ JobList read_job_list(const std::filesystem::path& folder) {
     return list;
 }
 
-void keep_job_list(const std::filesystem::path& folder, const JobList& list) {
+std::optional<std::string> keep_job_list(const std::filesystem::path& folder, const JobList& list) {
     const std::string text = job_list_text(list);
     const std::filesystem::path file = list_file(folder);
+    std::optional<std::string> warning;
     if (std::filesystem::exists(file)) {
         std::optional<JobList> read;
         try {
             read = read_job_list(folder);
-        } catch (const InputError&) {
-            // Damaged. Records say themselves whose they are, so that the list may be made again.
+        } catch (const InputError& error) {
+            // Records say themselves whose they are.
+            warning = fmt::format("{}; the list is made again", error.what());
         }
-        if (read && job_list_text(*read) == text) return;
+        if (read && job_list_text(*read) == text) return {};
         const JobList before = read ? std::move(*read) : JobList{{}, list.version, false, {}};
         constexpr auto remedy = "choose another folder for --out, or remove this one";
         if (before.version != list.version)
@@ -95,6 +98,7 @@ void keep_job_list(const std::filesystem::path& folder, const JobList& list) {
                                                         foreign - before.jobs.begin() + 1, foreign->parameters.dump(), remedy));
     }
     write_file_for_good(file, text);
+    return warning;
 }
 
 void FinishedJobs::add(const std::filesystem::path& folder) {

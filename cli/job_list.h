@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,9 @@ std::string job_list_text(const JobList& list);
 /// Throws InputError if the folder has no list, or a damaged one.
 JobList read_job_list(const std::filesystem::path& folder);
 
-/// Puts the list into a folder that has none, or one that only lacks jobs. Throws InputError if the folder belongs to another
-/// study or version: nothing is changed then.
-void keep_job_list(const std::filesystem::path& folder, const JobList& list);
+/// Puts the list into a folder that has none, a damaged one, or one that only lacks jobs. Throws InputError if the folder belongs to
+/// another study or version: nothing is changed then. Returns a warning, or nothing.
+std::optional<std::string> keep_job_list(const std::filesystem::path& folder, const JobList& list);
 
 enum class JobState { missing, failed, done };
 

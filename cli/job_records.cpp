@@ -11,6 +11,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "cli/file_writer.h"
 #include "cli/little_endian.h"
 #include "core/errors.h"
 #include "core/sha256.h"
@@ -138,7 +139,8 @@ void RecordFile::append(std::string_view records) {
     end_ = at;
 }
 
-FolderLock::FolderLock(const std::filesystem::path& file) {
+FolderLock::FolderLock(const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "lock";
     descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     int result = descriptor_ < 0 ? -1 : 0;
     while (result == 0 && (result = ::flock(descriptor_, LOCK_EX)) != 0 && errno == EINTR) result = 0;
@@ -147,6 +149,7 @@ FolderLock::FolderLock(const std::filesystem::path& file) {
         if (descriptor_ >= 0) ::close(descriptor_);
         throw InputError(file.string(), fmt::format("cannot be locked: {}", words_of(error)));
     }
+    remove_parts(folder);
 }
 
 FolderLock::~FolderLock() {

@@ -68,10 +68,11 @@ private:
     std::uint64_t end_ = 0, cut_bytes_ = 0;
 };
 
-/// Holds a lock on a file as long as it lives; waits for it.
+/// Holds the lock of a study's folder as long as it lives; waits for it. Who has the lock writes lists and results, so that what
+/// killed processes left of such files is removed first.
 class FolderLock {
 public:
-    explicit FolderLock(const std::filesystem::path& file);
+    explicit FolderLock(const std::filesystem::path& folder);
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;
     ~FolderLock();

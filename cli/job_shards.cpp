@@ -3,23 +3,30 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <tuple>
 
 namespace naturel {
 
 std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<GroupCost>& costs, const Shard& shard) {
     std::vector<std::size_t> row(jobs.jobs.size());
     std::iota(row.begin(), row.end(), std::size_t{0});
-    std::ranges::stable_sort(row, {}, [&](std::size_t job) { return jobs.jobs[job].group; });
-    // In whole microseconds: every machine must come to the same cuts.
-    const auto in_microseconds = [](double seconds) { return static_cast<std::uint64_t>(1e6 * seconds) + 1; };
+    std::ranges::stable_sort(row, {}, [&](std::size_t number) {
+        const StudyJob& job = jobs.jobs[number];
+        return std::tuple(!job.invalid.empty(), job.group, job.set);
+    });
+    // In whole microseconds: every machine must come to the same cuts. The sum over a study stays below 2^64.
+    const auto in_microseconds = [](double seconds) { return static_cast<std::uint64_t>(std::min(1e6 * seconds, 1e12)) + 1; };
     std::vector<std::uint64_t> begins;  // [row] cost of all before
     std::uint64_t sum = 0;
     for (std::size_t k = 0; k < row.size(); ++k) {
         const StudyJob& job = jobs.jobs[row[k]];
-        const bool first = k == 0 || jobs.jobs[row[k - 1]].group != job.group;
+        const StudyJob* before = k > 0 ? &jobs.jobs[row[k - 1]] : nullptr;
         begins.push_back(sum);
-        if (job.invalid.empty())
-            sum += in_microseconds(costs[job.group].job_seconds) + (first ? in_microseconds(costs[job.group].first_seconds) : 0);
+        if (!job.invalid.empty()) continue;
+        const GroupCost& cost = costs[job.group];
+        sum += in_microseconds(cost.job_seconds);
+        if (before == nullptr || before->group != job.group) sum += in_microseconds(cost.first_seconds);
+        if (before == nullptr || before->set != job.set) sum += in_microseconds(cost.set_seconds);
     }
     const auto cut = [&](std::size_t number) {
         if (number == shard.count) return row.end();

@@ -7,13 +7,13 @@
 
 namespace naturel {
 
-/// CPU time of a group: before its first job, and of each job.
+/// CPU time of a group: before its first job, before the first job of each set, and of each job.
 struct GroupCost {
-    double first_seconds = 0.0, job_seconds = 0.0;
+    double first_seconds = 0.0, set_seconds = 0.0, job_seconds = 0.0;
 };
 
-/// The jobs of one shard, by their number in `jobs`, those of a group together. Jobs stand in a row by their groups, and the row
-/// is cut where the sum of the forecast costs asks for it: at most one group is split at each cut.
+/// The jobs of one shard, by their number in `jobs`, those of a group together, and in it those of a set. Jobs stand in a row like
+/// that, and the row is cut where the sum of the forecast costs asks for it: at most one group is split at each cut.
 std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<GroupCost>& costs, const Shard& shard);
 
 }  // namespace naturel

@@ -30,9 +30,7 @@ void append(std::string& text, const Json& json, std::size_t depth) {
             text += ']';
             return;
         }
-        // Names come from files; what is not UTF-8 in them is replaced rather than refused after a long
-        // calculation.
-        text += json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        text += json_line(json);
         return;
     }
     const std::string line(2 * (depth + 1), ' ');
@@ -42,7 +40,7 @@ void append(std::string& text, const Json& json, std::size_t depth) {
         text += first ? "\n" : ",\n";
         first = false;
         text += line;
-        if (json.is_object()) text += Json(key).dump(-1, ' ', false, Json::error_handler_t::replace) + ": ";
+        if (json.is_object()) text += json_line(key) + ": ";
         append(text, element, depth + 1);
     }
     text += '\n' + std::string(2 * depth, ' ') + (json.is_object() ? '}' : ']');
@@ -54,6 +52,10 @@ std::string json_text(const Json& json) {
     std::string text;
     append(text, json, 0);
     return text + '\n';
+}
+
+std::string json_line(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace naturel

@@ -51,7 +51,7 @@ ExitCode merge(const MergeOptions& options) {
         make_writable_folder(out);
         make_writable_folder(records_folder(out));
     }
-    const FolderLock lock(out / "lock");
+    const FolderLock lock(out);
     if (!options.out.empty()) {
         keep_job_list(out, list);
         FinishedJobs parts(options.folders.front());

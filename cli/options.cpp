@@ -695,6 +695,7 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
         std::string name = key;
         std::ranges::replace(name, '_', '-');
         const bool is_flag = app.get_option("--" + name)->get_expected_max() == 0;
+        if (value.empty()) throw InputError("", fmt::format("--{}: the value is an empty text (leave the option out)", name));
         if (is_flag && value != "true" && value != "false")
             throw InputError("", fmt::format("--{}: \"{}\" is neither true nor false", name, value));
         if (!is_flag || value == "true") arguments.push_back(is_flag ? "--" + name : fmt::format("--{}={}", name, value));

@@ -2,10 +2,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/json_text.h"
+
 namespace naturel {
 
 std::string script_text(const nlohmann::ordered_json& json) {
-    const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    const std::string text = json_line(json);
     std::string safe;
     safe.reserve(text.size());
     for (const char c : text) {

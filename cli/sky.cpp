@@ -13,6 +13,7 @@
 #include "cli/false_colour.h"
 #include "cli/file_writer.h"
 #include "cli/image_writer.h"
+#include "cli/json_text.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
 #include "core/scene_values.h"
@@ -57,7 +58,7 @@ SkyAndSun described(const SkyOptions& options) {
         const Json json = key == "luminance" || key == "file" ? Json(value) : json_value(value);
         (object == "table" ? text["sky"]["table"] : text[object])[key] = json;
     }
-    return read_sky_and_sun_text(text.dump(-1, ' ', false, Json::error_handler_t::replace), "command line");
+    return read_sky_and_sun_text(json_line(text), "command line");
 }
 
 /// The dome from below: north up, east LEFT; equidistant, the horizon is the rim.

@@ -12,6 +12,7 @@
 #include "core/scene_reader.h"
 #include "core/scene_values.h"
 #include "core/sky_reader.h"
+#include "core/sky_table.h"
 
 namespace naturel {
 namespace {
@@ -238,10 +239,27 @@ std::string geometry_key(const Scene& scene, const std::map<std::string, std::st
     return print.digest();
 }
 
+/// Of what a group works out once for all jobs that share it.
+std::string set_key(const std::string& group_key, const Scene& scene) {
+    Fingerprint print;
+    const auto add = [&](const Band3& x) { print.add(x.r).add(x.g).add(x.b); };
+    print.add(std::string_view(group_key));
+    for (const Material& material : scene.materials) add(material.reflectance), add(material.exitance_lm_m2);
+    for (const Glazing& glazing : scene.glazings) {
+        add(glazing.normal_transmittance), add(glazing.inner_reflectance);
+        print.add(glazing.panes).add(glazing.angular_law).add(glazing.refractive_index).add(glazing.maintenance).add(glazing.frame);
+        print.add(glazing.angular_table.size());
+        for (const AngularSample& sample : glazing.angular_table) print.add(sample.incidence_rad), add(sample.transmittance);
+    }
+    // Skies that are formulas are asked for in the same directions.
+    if (scene.sky.table) print.add(scene.sky.table->count()).add(scene.sky.table->is_interpolated()).add(scene.sky.north_rad);
+    return print.digest();
+}
+
 /// What find_jobs() learns of a combination.
 struct Found {
     bool left_out = false;
-    std::string key, group_key, invalid;
+    std::string key, group_key, set_key, invalid;
     std::shared_ptr<const Scene> scene;
 };
 
@@ -262,6 +280,7 @@ Found look_at(const Study& study, std::size_t combination, RunOptionSets& option
         JobInput input = read_varied(study, scene, edits, varied, options);
         found.key = print.add(std::string_view(input.scene.source_sha256)).digest();
         found.group_key = study.keep.images ? found.key : geometry_key(input.scene, words);
+        found.set_key = study.keep.images ? found.key : set_key(found.group_key, input.scene);
         found.scene = std::make_shared<const Scene>(std::move(input.scene));
     } catch (const InputError& error) {
         found.invalid = error.what();
@@ -300,7 +319,7 @@ StudyJobs find_jobs(const Study& study, RunOptionSets& options, Progress& progre
     constexpr std::size_t most_kept_parts = 400000;
     std::size_t kept_parts = 0;
     StudyJobs all;
-    std::map<std::string, std::size_t> groups;
+    std::map<std::string, std::size_t> groups, sets;
     const std::size_t count = study.combination_count();
     for (std::size_t first = 0; first < count; first += part) {
         std::vector<Found> found(std::min(part, count - first));
@@ -321,17 +340,19 @@ StudyJobs find_jobs(const Study& study, RunOptionSets& options, Progress& progre
             }
             // A path that leads nowhere is a fault of the study, not of one job.
             if (!job.invalid.empty() && (job.key.empty() || !study.record_invalid_jobs)) throw InputError("", job.invalid);
-            std::size_t group = 0;
+            std::size_t group = 0, set = 0;
             if (job.invalid.empty()) {
+                set = sets.emplace(job.set_key, sets.size()).first->second;
                 const auto [place, is_new] = groups.emplace(job.group_key, groups.size());
                 if (is_new) all.group_keys.push_back(job.group_key);
                 group = place->second;
             }
             if (job.scene != nullptr) kept_parts += 20 + job.scene->polyhedra.size() + job.scene->polygons.size() + job.scene->apertures.size();
             if (kept_parts > most_kept_parts) job.scene.reset();
-            all.jobs.push_back({first + k, std::move(job.key), group, std::move(job.invalid), std::move(job.scene)});
+            all.jobs.push_back({first + k, std::move(job.key), group, set, std::move(job.invalid), std::move(job.scene)});
         }
     }
+    all.sets = sets.size();
     if (all.jobs.empty())
         study.document->root().refuse(fmt::format("no job is left: the sun is never above {:.4g} degrees (\"sun_above_deg\" leaves out {} jobs)",
                                                   degrees_from_radians(study.sun_above_rad.value_or(0.0)), all.left_out));

@@ -35,6 +35,7 @@ struct StudyJob {
     std::size_t combination = 0;
     std::string key;          ///< SHA-256 of everything its results depend on
     std::size_t group = 0;    ///< into StudyJobs::group_keys
+    std::size_t set = 0;      ///< of reflectances, glazings and divisions of the sky: what SkySeries works out once for each
     std::string invalid;      ///< why nothing can be computed; empty if all is well
     std::shared_ptr<const Scene> scene;  ///< kept where memory allows: reading takes as long as many a job
 };
@@ -43,6 +44,7 @@ struct StudyJob {
 struct StudyJobs {
     std::vector<StudyJob> jobs;
     std::vector<std::string> group_keys;
+    std::size_t sets = 0;      ///< of all groups; one belongs to one group
     std::size_t left_out = 0;  ///< combinations whose sun is too low
 };
 

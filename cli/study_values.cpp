@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -19,7 +20,7 @@ constexpr double most_values = 1e6;
 std::size_t step_count(const JsonValue& source, double length, double step) {
     const double steps = std::floor(length / step + 1e-9);
     if (steps + 1.0 > most_values)
-        source.refuse(fmt::format("{:.3g} values are too many (at most {:.0f})", steps + 1.0, most_values));
+        source.refuse(fmt::format("there are more than {:.0f} values (a larger step would be right)", most_values));
     return static_cast<std::size_t>(steps);
 }
 
@@ -47,12 +48,16 @@ std::vector<StudyValue> read_range(const JsonValue& value) {
     return values;
 }
 
+/// form: 0 stands for any digit, every other character for itself.
+bool looks_like(std::string_view text, std::string_view form) {
+    return std::ranges::equal(text, form, [](char c, char wanted) { return wanted == '0' ? c >= '0' && c <= '9' : c == wanted; });
+}
+
 std::chrono::year_month_day read_date(const JsonValue& value) {
     const std::string& text = read_text(value);
-    int year = 0, end = 0;
+    int year = 0;
     unsigned month = 0, day = 0;
-    const bool has_form = text.size() == 10 && text[4] == '-' && text[7] == '-' && text.find_first_not_of("0123456789-") == std::string::npos &&
-                          std::sscanf(text.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &end) == 3 && end == 10;
+    const bool has_form = looks_like(text, "0000-00-00") && std::sscanf(text.c_str(), "%4d-%2u-%2u", &year, &month, &day) == 3;
     const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
     if (!has_form || !date.ok()) value.refuse(fmt::format("{} is no date (\"2026-06-21\" would be right)", in_quotes(text)));
     return date;
@@ -87,9 +92,9 @@ std::vector<StudyValue> read_dates(const JsonValue& value) {
 
 int read_minutes(const JsonValue& value) {
     const std::string& text = read_text(value);
-    int hour = 0, minute = 0, end = 0;
-    const bool has_form = std::sscanf(text.c_str(), "%2d:%2d%n", &hour, &minute, &end) == 2 && text.size() == 5 && end == 5;
-    if (!has_form || hour < 0 || hour > 23 || minute < 0 || minute > 59)
+    int hour = 0, minute = 0;
+    const bool has_form = looks_like(text, "00:00") && std::sscanf(text.c_str(), "%2d:%2d", &hour, &minute) == 2;
+    if (!has_form || hour > 23 || minute > 59)
         value.refuse(fmt::format("{} is no time of the day (\"08:30\" would be right)", in_quotes(text)));
     return 60 * hour + minute;
 }

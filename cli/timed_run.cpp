@@ -52,8 +52,9 @@ private:
 };
 
 /// The child's whole life.
-[[noreturn]] void run_and_exit(const RunOptions& options, const std::filesystem::path& words, const Progress& progress) {
+[[noreturn]] void run_and_exit(pid_t parent, const RunOptions& options, const std::filesystem::path& words, const Progress& progress) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) ::_exit(static_cast<int>(ExitCode::internal_fault));  // it died before that
     const int file = ::open(words.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
     if (file < 0) ::_exit(static_cast<int>(ExitCode::internal_fault));
     ::dup2(file, STDOUT_FILENO);
@@ -105,9 +106,9 @@ MeasuredRun timed_run(const RunOptions& options, const std::filesystem::path& fo
 
     const std::optional<MachineTimes> before = machine_times();
     std::fflush(nullptr);  // or the child would print what is waiting here once more
-    const pid_t child = ::fork();
+    const pid_t self = ::getpid(), child = ::fork();
     if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
-    if (child == 0) run_and_exit(own, words, progress);
+    if (child == 0) run_and_exit(self, own, words, progress);
     rusage used{};
     const int status = wait_for(child, progress, used);
     const std::optional<MachineTimes> after = machine_times();

@@ -154,6 +154,9 @@ TimingFigures timing_figures(const TimingStudy& study) {
                 if (Runs runs = runs_of(study, backend, scaling, count); !runs.empty()) by_threads.push_back(std::move(runs));
             if (by_threads.empty()) continue;
             for (const MeasuredStage& stage : by_threads.front().front()->stages) {
+                // A stage that some run had no occasion for has no times to compare.
+                const auto has_it = [&](const MeasuredRun* run) { return run->find(stage.stage) != nullptr; };
+                if (!std::ranges::all_of(by_threads, [&](const Runs& runs) { return std::ranges::all_of(runs, has_it); })) continue;
                 for (const Runs& runs : by_threads) figures.stages.push_back(figures_of(runs, by_threads.front(), stage.stage));
                 if (scaling == Scaling::strong && by_threads.size() > 1)
                     figures.serial.push_back(serial_fraction_of(by_threads, stage.stage));

@@ -42,4 +42,7 @@ private:
     std::unique_ptr<Implementation> implementation_;
 };
 
+/// Memory of a series at most, beside the form factors, bytes. sets: of reflectances and glazings among the variants.
+double sky_series_bytes(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets);
+
 }  // namespace naturel

@@ -180,6 +180,8 @@ TEST_CASE("a study killed at any instant ends with the bytes of one that was not
     const StudyFolder study(many_jobs(20));
     REQUIRE(study.batch("whole").exit_code == 0);
     run_with_kills(study, "killed", 4, 0.15);
+    write(study / "killed/results.csv.123-4.part", "killed while it wrote results");
+    REQUIRE(study.batch("killed").exit_code == 0);
     CHECK((study.results("killed") == study.results("whole")));
     CHECK(record_count(study / "killed") == 40 + 1);  // each job once, and the sensors
 }
@@ -325,6 +327,25 @@ TEST_CASE("a failed job is recorded, stops no other, and is tried again when ask
     CHECK(stopped.errors.find("stopped after 1 failures") != std::string::npos);
 }
 
+TEST_CASE("jobs of a study that varies reflectances under every sky are grouped by their reflectances", "[cli][batch]") {
+    // What sets of reflectances cost is paid once each, in whatever order a study names its parameters.
+    Json turned = four_jobs;
+    std::swap(turned["vary"][0], turned["vary"][1]);
+    turned["vary"][1]["values"].push_back({{"reflectance", 0.4}});
+    const StudyFolder study(turned);
+    REQUIRE(study.batch("out").exit_code == 0);
+    const std::string records = files_below(study / "out/records").begin()->second;
+    const std::vector<Json> jobs = lines_of(study.results("out").at("results.jsonl"));
+    REQUIRE(jobs.size() == 6);
+    std::vector<std::pair<std::size_t, double>> place;  // in the file, and reflectance
+    for (const Json& job : jobs)
+        place.emplace_back(records.find(job["key"].get<std::string>()), job["parameters"]["floor"]["reflectance"].get<double>());
+    std::ranges::sort(place);
+    std::vector<double> reflectances;
+    for (const auto& [at, reflectance] : place) reflectances.push_back(reflectance);
+    CHECK(reflectances == std::vector{0.2, 0.2, 0.6, 0.6, 0.4, 0.4});
+}
+
 TEST_CASE("a study may get more jobs in a folder, but not other ones", "[cli][batch]") {
     const StudyFolder study;
     REQUIRE(study.batch("out").exit_code == 0);
@@ -374,6 +395,7 @@ TEST_CASE("errors of a study name its line and what would be right", "[cli][batc
     check_refusal(with("/vary/1/name", "floor"), "/vary/1", "there is another parameter \"floor\"");
     check_refusal(with("/options/ray", 5), "/options/ray", "did you mean \"rays\"?");
     check_refusal(with("/options/cells", 0), "/options/cells", "--cells");
+    check_refusal(with("/options/backend", ""), "/options/backend", "--backend: the value is an empty text");
     check_refusal(with("/options/backend", "both"), "/options/backend", "a job has one backend");
     check_refusal(with("/scenes", "palace.json"), "/scenes", "there is no scene \"palace.json\"");
     check_refusal(with("/vary/1/values", Json::array()), "/vary/1/values", "the list is empty");
@@ -382,6 +404,9 @@ TEST_CASE("errors of a study name its line and what would be right", "[cli][batc
     check_refusal(with("/vary/1", {{"zip", {four_jobs["vary"][1], {{"path", "/name"}, {"values", {"a"}}}}}}), "/vary/1/zip/1", "has 1 values, the first of the zip 2");
     check_refusal(with("/vary/1", {{"path", "/sun/altitude_deg"}, {"range", {{"first", 10}, {"last", 20}, {"step", -1}}}}), "/vary/1/range/step", "does not lead from 10 to 20");
     check_refusal(with("/vary/1", {{"path", "/sun/date"}, {"dates", {{"first", "2026-02-30"}, {"last", "2026-03-01"}}}}), "/vary/1/dates/first", "is no date");
+    check_refusal(with("/vary/1", {{"path", "/sun/date"}, {"dates", {{"first", "-026-01-21"}, {"last", "2026-03-01"}}}}), "/vary/1/dates/first", "is no date");
+    check_refusal(with("/vary/1", {{"path", "/sun/time"}, {"times", {{"first", "-1:30"}, {"last", "12:00"}}}}), "/vary/1/times/first", "is no time");
+    check_refusal(with("/vary/1", {{"path", "/sky/x"}, {"range", {{"first", 0}, {"last", 1e300}, {"step", 1e-300}}}}), "/vary/1/range", "there are more than 1000000 values");
     check_refusal(with("/sun_above_deg", 80), "study.json:1:1", "no job is left");
     check_refusal(with("/vray", 1), "/vray", "did you mean \"vary\"?");
 }
@@ -392,6 +417,7 @@ TEST_CASE("a dry run names jobs, groups, memory and time, and leaves nothing", "
     CHECK(outcome.exit_code == 0);
     CHECK(outcome.output.find("4 jobs in 1 groups") != std::string::npos);
     CHECK(outcome.output.find("of memory") != std::string::npos);
+    CHECK(outcome.output.find("for each of 2 sets of reflectances") != std::string::npos);
     CHECK(outcome.output.find("job 4 (group 1): scene room, floor {\"reflectance\":0.6}, sky 20000") != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(study / "out"));
     for (const char* scheduler : {"slurm", "parallel"}) {
@@ -421,6 +447,10 @@ TEST_CASE("pictures are kept job by job", "[cli][batch]") {
     write(study / "out/images", "a file in the place of a folder");
     CHECK(study.batch("out").exit_code == 3);
     std::filesystem::remove(study / "out/images");
+    std::filesystem::create_directories(pictures(jobs[0]).parent_path());
+    write(pictures(jobs[0]), "another");
+    CHECK(study.batch("out").exit_code == 3);
+    std::filesystem::remove(pictures(jobs[0]));
     CHECK(study.batch("out").exit_code == 0);
 }
 
@@ -447,9 +477,14 @@ TEST_CASE("a list of jobs that was lost is made again", "[cli][batch]") {
     const StudyFolder study;
     REQUIRE(study.batch("out").exit_code == 0);
     const auto results = study.results("out");
-    write(study / "out/jobs.jsonl", "");
-    REQUIRE(study.batch("out").exit_code == 0);
-    CHECK(study.results("out") == results);
+    for (const char* damaged : {"", "{\"naturel\""}) {
+        write(study / "out/jobs.jsonl", damaged);
+        const Outcome again = study.batch("out");
+        REQUIRE(again.exit_code == 0);
+        CHECK(again.errors.find("warning: " + (study / "out/jobs.jsonl").string()) != std::string::npos);
+        CHECK(study.results("out") == results);
+    }
+    CHECK(study.batch("out").errors.find("warning") == std::string::npos);
 }
 
 TEST_CASE("progress in JSON is an object a line", "[cli][batch]") {
@@ -496,12 +531,18 @@ TEST_CASE("form factors come from the cache with the same results, and a damaged
         return bytes;
     };
     const std::size_t limit = size_of_cache() + 100;
+    // What a killed process left goes, what another one is just writing stays.
+    write(std::filesystem::path(cache) / "old.rows.1-1.part", "");
+    write(std::filesystem::path(cache) / "new.rows.1-1.part", "");
+    std::filesystem::last_write_time(std::filesystem::path(cache) / "old.rows.1-1.part", std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
     std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
     auto other = run;
     other.insert(other.end(), {"--seed", "5", "--cache-limit", std::to_string(limit)});
     REQUIRE(run_naturel(other).exit_code == 0);
     CHECK(!files_below(cache).empty());
     CHECK(size_of_cache() <= limit);
+    CHECK_FALSE(std::filesystem::exists(std::filesystem::path(cache) / "old.rows.1-1.part"));
+    CHECK(std::filesystem::exists(std::filesystem::path(cache) / "new.rows.1-1.part"));
     CHECK_FALSE(std::filesystem::exists(file));
 }
 

@@ -86,10 +86,10 @@ Sampled compare_with_rays(const Scene& scene, int points, int aperture_points, s
     return result;
 }
 
-const Face& face_named(const Building& building, const std::string& name) {
+const Face& face_named(const Building& building, std::string_view name) {
     for (const Face& face : building.faces)
         if (face.name == name) return face;
-    throw std::runtime_error("no face " + name);
+    throw std::runtime_error("no face " + std::string(name));
 }
 
 Region umbra_on(const Scene& scene, const std::string& face, const UmbraOptions& options = {}) {
