@@ -13,7 +13,7 @@ const ComparisonJson nothing;
 
 }  // namespace
 
-const ComparisonJson& value_below(const ComparisonJson& json, const std::vector<std::string>& keys) {
+const ComparisonJson& value_below(const ComparisonJson& json, std::vector<std::string> keys) {
     const ComparisonJson* at = &json;
     for (const std::string& key : keys) {
         if (!at->is_object()) return nothing;

@@ -11,8 +11,8 @@ namespace naturel {
 
 using ComparisonJson = nlohmann::ordered_json;
 
-/// The value below keys; null where there is none.
-const ComparisonJson& value_below(const ComparisonJson& json, const std::vector<std::string>& keys);
+/// The value below keys; null where there is none. By value: GCC 13 and later take a reference to a list for what the result refers to.
+const ComparisonJson& value_below(const ComparisonJson& json, std::vector<std::string> keys);
 std::optional<double> number_below(const ComparisonJson& json, const std::vector<std::string>& keys);
 std::string text_below(const ComparisonJson& json, const std::vector<std::string>& keys);
 

@@ -3,9 +3,11 @@
 #include <dlfcn.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <stdexcept>
 
 #include "cli/images/image_file.h"
@@ -23,8 +25,14 @@ EncodeImage load_encoder() {
     return reinterpret_cast<EncodeImage>(symbol);
 }
 
+/// What comes of loading it, once it has begun.
+std::shared_future<EncodeImage> loaded_encoder(std::launch how) {
+    static const std::shared_future<EncodeImage> encoder = std::async(how, load_encoder).share();
+    return encoder;
+}
+
 std::string encode(ImageFile image, const ImageMetadata& metadata) {
-    static const EncodeImage encode_image = load_encoder();
+    const EncodeImage encode_image = loaded_encoder(std::launch::deferred).get();
     ImageMetadata texts = metadata;
     // OpenImageIO would put the clock's time here, and equal runs must give equal bytes.
     texts.emplace_back("DateTime", "1970:01:01 00:00:00");
@@ -43,8 +51,18 @@ bool shows_everywhere(std::span<const float> coverage) {
 
 }  // namespace
 
+void open_image_writer(int threads) {
+    const auto encoder = loaded_encoder(threads > 1 ? std::launch::async : std::launch::deferred);
+    if (threads <= 1) encoder.wait();
+}
+
+void check_image_writer() {
+    const auto encoder = loaded_encoder(std::launch::deferred);
+    if (encoder.wait_for(std::chrono::seconds(0)) == std::future_status::ready) encoder.get();
+}
+
 void require_image_writer() {
-    static_cast<void>(load_encoder());
+    static_cast<void>(loaded_encoder(std::launch::deferred).get());
 }
 
 std::string encode_exr(const Picture& picture, const Primaries& primaries, const ImageMetadata& metadata) {

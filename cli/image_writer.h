@@ -14,8 +14,14 @@ namespace naturel {
 /// Name and text of what an image file says about itself.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Throws std::runtime_error where the module that writes pictures cannot be loaded. The functions below load it, too: this is
-/// for knowing before a long calculation.
+/// Loads the module that writes pictures, and a hundred libraries with it, which takes longer than many a calculation: in the
+/// background where there are threads for it. The functions below wait for it.
+void open_image_writer(int threads);
+
+/// Throws std::runtime_error where it is known by now that the module cannot be loaded: ask before a long calculation.
+void check_image_writer();
+
+/// Waits for the module. Throws as above: ask before files are written.
 void require_image_writer();
 
 /// Bytes of an OpenEXR file, 32-bit float, cd/m2: channels R, G, B are the bands, Y is the luminance. The

@@ -13,6 +13,7 @@
 #include "cli/file_writer.h"
 #include "cli/forecast.h"
 #include "cli/glb_writer.h"
+#include "cli/image_writer.h"
 #include "cli/json_writer.h"
 #include "cli/prepared_scene.h"
 #include "cli/report.h"
@@ -106,6 +107,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     shared_clock.end_stage("read scene");
+    const bool has_views = !read.views.empty();
+    if (has_views) open_image_writer(options.threads);
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         prepare_view_folders(read, options.picture_files, options.out / backend.name);
@@ -116,6 +119,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
+    if (has_views) check_image_writer();
     const Primaries primaries(scene.primaries);
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
@@ -145,6 +149,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const Result result{options, scene, building, grid, *visibility, solution, primaries, error};
         const std::vector<SensorSetStatistics> sets = sensor_set_statistics(result);
 
+        if (has_views) require_image_writer();
         // The summary goes first and comes last: where there is one, it speaks of the files beside it.
         std::error_code absent;
         std::filesystem::remove(folder / "summary.json", absent);

@@ -169,7 +169,6 @@ void write_files(const Result& result, const std::filesystem::path& folder, std:
 
 void prepare_view_folders(const Scene& scene, const PictureFiles& files, const std::filesystem::path& folder) {
     if (scene.views.empty()) return;
-    require_image_writer();
     make_writable_folder(folder / "views");
     if (files.false_colour.quantity != FalseColourQuantity::none) make_writable_folder(folder / "views" / "false_colour");
 }

@@ -17,8 +17,7 @@ struct WrittenView {
     std::optional<ViewGlare> glare{};
 };
 
-/// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws before a long calculation what
-/// would stop the pictures after it.
+/// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws WriteError.
 void prepare_view_folders(const Scene& scene, const PictureFiles& files, const std::filesystem::path& folder);
 
 /// Draws every view of the scene and writes its pictures below `folder`.

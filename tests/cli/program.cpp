@@ -27,7 +27,7 @@ TemporaryFolder::~TemporaryFolder() {
     std::filesystem::remove_all(path_, ignored);
 }
 
-RunningProgram::RunningProgram(const std::vector<std::string>& arguments) {
+RunningProgram::RunningProgram(const std::vector<std::string>& arguments, const std::filesystem::path& program) {
     std::vector<char*> argv{const_cast<char*>("naturel")};
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
@@ -39,9 +39,9 @@ RunningProgram::RunningProgram(const std::vector<std::string>& arguments) {
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT, 0600);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(), O_WRONLY | O_CREAT, 0600);
-    const int error = ::posix_spawn(&process_, NATUREL_PROGRAM, &actions, nullptr, argv.data(), environ);
+    const int error = ::posix_spawn(&process_, program.c_str(), &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw std::runtime_error("cannot start " NATUREL_PROGRAM);
+    if (error != 0) throw std::runtime_error("cannot start " + program.string());
 }
 
 void RunningProgram::send(int signal) const {
@@ -57,8 +57,8 @@ Outcome RunningProgram::wait() {
             .errors = content_of(folder_ / "stderr")};
 }
 
-Outcome run_naturel(const std::vector<std::string>& arguments) {
-    return RunningProgram(arguments).wait();
+Outcome run_naturel(const std::vector<std::string>& arguments, const std::filesystem::path& program) {
+    return RunningProgram(arguments, program).wait();
 }
 
 std::string content_of(const std::filesystem::path& file) {

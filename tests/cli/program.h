@@ -35,7 +35,7 @@ struct Outcome {
 class RunningProgram {
 public:
     /// Starts `naturel` with arguments. Its input is empty, its output is kept in files.
-    explicit RunningProgram(const std::vector<std::string>& arguments);
+    explicit RunningProgram(const std::vector<std::string>& arguments, const std::filesystem::path& program = NATUREL_PROGRAM);
 
     void send(int signal) const;
     Outcome wait();
@@ -45,8 +45,8 @@ private:
     pid_t process_ = -1;
 };
 
-/// Runs `naturel` with arguments to its end.
-Outcome run_naturel(const std::vector<std::string>& arguments);
+/// Runs `naturel`, or a copy of it, with arguments to its end.
+Outcome run_naturel(const std::vector<std::string>& arguments, const std::filesystem::path& program = NATUREL_PROGRAM);
 
 std::string content_of(const std::filesystem::path& file);
 void write(const std::filesystem::path& file, std::string_view text);

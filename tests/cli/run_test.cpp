@@ -254,6 +254,19 @@ TEST_CASE("a result file that cannot be replaced ends the run with exit code 3",
     CHECK(files_below(room.out()).empty());  // no temporary file, no summary
 }
 
+TEST_CASE("a run with views leaves no results where the module that writes pictures is missing", "[cli]") {
+    const SmallRoom room;
+    const TemporaryFolder folder;
+    std::filesystem::copy_file(NATUREL_PROGRAM, folder / "naturel");
+    for (const char* threads : {"1", "2"}) {
+        const Outcome outcome = run_naturel({"run", room.scene(), "--out", room.out().string(), "--threads", threads}, folder / "naturel");
+        INFO(outcome.errors);
+        CHECK(outcome.exit_code == 1);
+        CHECK(outcome.errors.find("cannot load the writer of pictures") != std::string::npos);
+        CHECK(files_below(room.out()).empty());
+    }
+}
+
 TEST_CASE("a signal stops a run with exit code 130 and no half-written file", "[cli]") {
     const SmallRoom room;
     const int signal = GENERATE(SIGINT, SIGTERM);
