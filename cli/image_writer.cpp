@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -11,15 +10,19 @@
 #include <stdexcept>
 
 #include "cli/images/image_file.h"
+#include "core/parallel.h"
 
 namespace naturel {
 namespace {
 
-/// The encoder of the module beside the program, which stays loaded. By its whole path: sanitizers open modules in the name of
-/// their own library, whose folder it is not in.
+/// Beside the program. By its whole path: sanitizers open modules in the name of their own library, whose folder it is not in.
+std::filesystem::path module_file() {
+    return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "naturel_images.so";
+}
+
+/// The encoder of the module, which stays loaded.
 EncodeImage load_encoder() {
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
-    void* const module = ::dlopen((program.parent_path() / "naturel_images.so").c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* const module = ::dlopen(module_file().c_str(), RTLD_NOW | RTLD_LOCAL);
     void* const symbol = module == nullptr ? nullptr : ::dlsym(module, encode_image_symbol);
     if (symbol == nullptr) throw std::runtime_error(std::string("cannot load the writer of pictures: ") + ::dlerror());
     return reinterpret_cast<EncodeImage>(symbol);
@@ -52,13 +55,11 @@ bool shows_everywhere(std::span<const float> coverage) {
 }  // namespace
 
 void open_image_writer(int threads) {
-    const auto encoder = loaded_encoder(threads > 1 ? std::launch::async : std::launch::deferred);
-    if (threads <= 1) encoder.wait();
-}
-
-void check_image_writer() {
-    const auto encoder = loaded_encoder(std::launch::deferred);
-    if (encoder.wait_for(std::chrono::seconds(0)) == std::future_status::ready) encoder.get();
+    if (!std::filesystem::exists(module_file()))
+        throw std::runtime_error("cannot load the writer of pictures: there is no " + module_file().string());
+    // The first loop of TBB loads libraries, too, and only one thread can do that at a time.
+    parallel_for(static_cast<std::size_t>(threads), 1, [](std::size_t) {});
+    loaded_encoder(threads > 1 ? std::launch::async : std::launch::deferred);
 }
 
 void require_image_writer() {

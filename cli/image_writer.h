@@ -14,14 +14,12 @@ namespace naturel {
 /// Name and text of what an image file says about itself.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Loads the module that writes pictures, and a hundred libraries with it, which takes longer than many a calculation: in the
-/// background where there are threads for it. The functions below wait for it.
+/// Begins to load the module that writes pictures, and a hundred libraries with it, which takes longer than many a calculation: in
+/// the background where there are threads for it, else when it is needed. Throws std::runtime_error where there is no such module.
 void open_image_writer(int threads);
 
-/// Throws std::runtime_error where it is known by now that the module cannot be loaded: ask before a long calculation.
-void check_image_writer();
-
-/// Waits for the module. Throws as above: ask before files are written.
+/// Waits for the module; the functions below do so, too. Throws std::runtime_error where it cannot be loaded: ask before files are
+/// written.
 void require_image_writer();
 
 /// Bytes of an OpenEXR file, 32-bit float, cd/m2: channels R, G, B are the bands, Y is the luminance. The

@@ -119,7 +119,6 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
-    if (has_views) check_image_writer();
     const Primaries primaries(scene.primaries);
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
@@ -149,7 +148,10 @@ ExitCode run(const RunOptions& options, Progress& progress) {
         const Result result{options, scene, building, grid, *visibility, solution, primaries, error};
         const std::vector<SensorSetStatistics> sets = sensor_set_statistics(result);
 
-        if (has_views) require_image_writer();
+        if (has_views) {
+            require_image_writer();
+            clock.end_stage("picture writer");
+        }
         // The summary goes first and comes last: where there is one, it speaks of the files beside it.
         std::error_code absent;
         std::filesystem::remove(folder / "summary.json", absent);

@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <mutex>
+#include <stdexcept>
 
 namespace naturel {
 namespace {
@@ -28,14 +29,12 @@ Registry& registry() {
 }  // namespace
 
 /// Keeps the last reading: the clock of a thread ends with it.
-struct ThreadRecord::EndOfThread {
-    ThreadRecord& record;
-    ~EndOfThread() {
-        const std::lock_guard lock(registry().access);
-        record.cpu_at_end_s_ = seconds_of(CLOCK_THREAD_CPUTIME_ID);
-        record.ended_ = true;
-    }
-};
+void ThreadRecord::end(void* own) {
+    auto& record = *static_cast<ThreadRecord*>(own);
+    const std::lock_guard lock(registry().access);
+    record.cpu_at_end_s_ = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+    record.ended_ = true;
+}
 
 ThreadRecord& ThreadRecord::make_own() {
     {
@@ -43,7 +42,13 @@ ThreadRecord& ThreadRecord::make_own() {
         own_ = &registry().records.emplace_back();
         pthread_getcpuclockid(pthread_self(), &own_->clock_);
     }
-    static thread_local EndOfThread at_end{*own_};
+    // Not a thread_local object: its destructor is registered under the lock of the loader, and libraries may just be loading.
+    static const pthread_key_t key = [] {
+        pthread_key_t made{};
+        if (pthread_key_create(&made, end) != 0) throw std::runtime_error("no key for what threads leave behind");
+        return made;
+    }();
+    pthread_setspecific(key, own_);
     return *own_;
 }
 

@@ -40,8 +40,8 @@ public:
     std::uint64_t blocks_left_out = 0;
 
 private:
-    struct EndOfThread;
     static ThreadRecord& make_own();
+    static void end(void* own);
 
     static inline thread_local constinit ThreadRecord* own_ = nullptr;
     std::atomic<std::uint64_t> blocks_ = 0;
