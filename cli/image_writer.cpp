@@ -41,6 +41,7 @@ std::string encode(ImageFile image, const ImageMetadata& metadata) {
     texts.emplace_back("DateTime", "1970:01:01 00:00:00");
     texts.emplace_back("Software", "naturel " NATUREL_VERSION);
     image.texts.insert(image.texts.begin(), texts.begin(), texts.end());
+    image.threads = thread_limit();
     std::string bytes;
     encode_image(image, bytes);
     return bytes;

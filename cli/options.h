@@ -53,6 +53,7 @@ struct RunOptions {
     std::filesystem::path out = "out";
     int threads = 1;  ///< parse_command_line() puts the number of processors here unless told otherwise
     bool quiet = false;
+    bool stages_apart = false;  ///< nothing is done beside a stage: for measuring, parse_command_line() leaves it
     std::optional<std::filesystem::path> trace;  ///< file for a trace of stages and threads
     bool dry_run = false;  ///< say what would be computed, and how, and stop
     /// What chose the accuracy options that were not given; they are in place when parse_command_line()

@@ -103,6 +103,7 @@ MeasuredRun timed_run(const RunOptions& options, const std::filesystem::path& fo
     RunOptions own = options;
     own.out = folder;
     own.quiet = true;
+    own.stages_apart = true;
 
     const std::optional<MachineTimes> before = machine_times();
     std::fflush(nullptr);  // or the child would print what is waiting here once more

@@ -23,6 +23,11 @@ private:
     tbb::global_control control_;
 };
 
+/// How many threads the process may use at a time.
+inline int thread_limit() {
+    return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
 /// Calls work(i) for every i in [0, count). A call writes only what belongs to its i, so that results do not depend on
 /// the number of threads; sums inside a call run in index order.
 template <class Work>

@@ -25,8 +25,9 @@ extern "C" void naturel_encode_image(const naturel::ImageFile& image, std::strin
         else
             spec.attribute(name, OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, static_cast<int>(numbers.size())), numbers.data());
     }
-    // One thread each: the number of threads of the process belongs to TBB. Once: files are encoded at the same time.
-    [[maybe_unused]] static const bool limited = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", 1);
+    // Once: files are encoded at the same time. The threads of OpenEXR are its own, and a caller waits for them; -1: it has none.
+    [[maybe_unused]] static const bool limited =
+        OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", image.threads > 1 ? image.threads : -1);
     std::vector<unsigned char> encoded;
     OIIO::Filesystem::IOVecOutput memory(encoded);
     const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(image.file_name, &memory);

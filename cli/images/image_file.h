@@ -14,6 +14,7 @@ struct ImageFile {
     const void* pixels = nullptr;  ///< [height x width x channels], rows from the top
     std::vector<std::pair<std::string, std::string>> texts{};
     std::vector<std::pair<std::string, std::vector<float>>> numbers{};
+    int threads = 1;  ///< that may compress it; the same for all images of a process
 };
 
 /// Name and type of what naturel_images.so exports. bytes: those of the file. Throws std::runtime_error.
