@@ -25,6 +25,7 @@ namespace {
 
 using embree_api::Packet;
 using embree_api::packet_size;
+using embree_api::WidePacket;
 using namespace embree_sampling;
 
 /// What a hit asks of a facet. Coordinates are relative to the centre of the building, as in the Embree
@@ -73,7 +74,8 @@ public:
           most_patch_rays_(std::max(options.most_rays_per_patch, patch_rays_)),
           point_rays_(rounded_rays(options.rays_per_point)),
           closed_(std::ranges::none_of(building.faces, &Face::sheet)),
-          device_(embree_api::make_device()) {
+          device_(embree_api::make_device()),
+          wide_(embree_api::has_wide_packets(device_.get())) {
         add_tables(patch_tables_, patch_rays_, grid.gather_patch_count);
         if (target_error_ > 0.0)
             for (int rays = patch_rays_; rays < most_patch_rays_ && rays < most_rays_per_table; rays *= 2)
@@ -129,14 +131,12 @@ public:
                 const DigitalShift digits{static_cast<std::uint32_t>(starts), static_cast<std::uint32_t>(starts >> 32)};
                 const RayTable& table = tables.table((random >> 3) + draws++);
                 shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                      [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
-                          RTCRay8& ray = packet.rays.ray;
+                      [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& rays) {
                           if (sampler.parallelogram_m()) {
-                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first,
-                                         {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z});
+                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first, rays);
                           } else {
-                              sampler.place(tables.starts(), first, digits, ray.org_x, ray.org_y, ray.org_z);
-                              place_directions(frame, table, first, ray.dir_x, ray.dir_y, ray.dir_z);
+                              sampler.place(tables.starts(), first, digits, rays.start_x, rays.start_y, rays.start_z);
+                              place_directions(frame, table, first, rays.x, rays.y, rays.z);
                           }
                       },
                       second_start, scratch);
@@ -178,9 +178,11 @@ public:
             const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
             const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table((random >> 3) + draws++);
             shoot(from.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                  [&](const HemisphereFrame& frame, std::size_t first, Packet& packet) {
-                      for (unsigned k = 0; k < packet_size; ++k) packet.set_origin(k, lifted);
-                      place_directions(frame, table, first, packet.rays.ray.dir_x, packet.rays.ray.dir_y, packet.rays.ray.dir_z);
+                  [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& rays) {
+                      std::fill_n(rays.start_x, rays_per_packet, lifted.x);
+                      std::fill_n(rays.start_y, rays_per_packet, lifted.y);
+                      std::fill_n(rays.start_z, rays_per_packet, lifted.z);
+                      place_directions(frame, table, first, rays.x, rays.y, rays.z);
                   },
                   second_start, scratch);
             rays += table.rays();
@@ -191,7 +193,7 @@ public:
     void first_seen(const GatherPoint& from, std::span<const glm::dvec3> directions,
                     std::span<FacetId> seen) const override {
         NATUREL_EXPECT(directions.size() == seen.size());
-        for_each_packet(from, directions, [&](Packet& packet, std::size_t first, unsigned count) {
+        for_each_packet(from, directions, [&](auto& packet, std::size_t first, unsigned count) {
             embree_api::trace(opaque_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k)
                 seen[first + k] = seen_by(packet, k);
@@ -201,7 +203,7 @@ public:
     void occluded(const GatherPoint& from, std::span<const glm::dvec3> directions,
                   std::span<std::uint8_t> blocked) const override {
         NATUREL_EXPECT(directions.size() == blocked.size());
-        for_each_packet(from, directions, [&](Packet& packet, std::size_t first, unsigned count) {
+        for_each_packet(from, directions, [&](auto& packet, std::size_t first, unsigned count) {
             embree_api::trace_occlusion(opaque_.get(), packet, count);
             for (unsigned k = 0; k < count; ++k)
                 blocked[first + k] = packet.blocked(k);
@@ -209,24 +211,33 @@ public:
     }
 
     void view_facets(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const override {
+        NATUREL_EXPECT(seen.size() == static_cast<std::size_t>(row_end - row_begin) * static_cast<std::size_t>(camera.width));
+        if (wide_)
+            view_facets_by<WidePacket>(camera, row_begin, row_end, seen);
+        else
+            view_facets_by<Packet>(camera, row_begin, row_end, seen);
+    }
+
+private:
+    /// A packet is four pixels wide.
+    template <class AnyPacket>
+    void view_facets_by(const Camera& camera, int row_begin, int row_end, std::span<FacetId> seen) const {
         const auto width = static_cast<std::size_t>(camera.width);
-        NATUREL_EXPECT(seen.size() == static_cast<std::size_t>(row_end - row_begin) * width);
-        Packet packet;
-        for (int top = row_begin; top < row_end; top += 2) {
+        AnyPacket packet;
+        for (int top = row_begin; top < row_end; top += static_cast<int>(AnyPacket::size / 4)) {
             for (int left = 0; left < camera.width; left += 4) {
                 // Pixels past the right and lower margins repeat the last column and row.
                 const auto column = [&](unsigned k) { return std::min(left + static_cast<int>(k % 4), camera.width - 1); };
                 const auto row = [&](unsigned k) { return std::min(top + static_cast<int>(k / 4), row_end - 1); };
                 start_view_packet(camera, row, column, packet);
                 trace_view_packet(camera.see_through, packet);
-                for (unsigned k = 0; k < packet_size; ++k)
+                for (unsigned k = 0; k < AnyPacket::size; ++k)
                     seen[static_cast<std::size_t>(row(k) - row_begin) * width + static_cast<std::size_t>(column(k))] =
                         seen_in_view(camera.see_through, packet, k);
             }
         }
     }
 
-private:
     /// A ray that met nothing, a back or the outdoors.
     struct SecondTry {
         glm::dvec3 start, direction;
@@ -239,6 +250,7 @@ private:
         std::vector<SecondTry> second_tries;
         std::int64_t lost = 0;
         std::array<Packet, 2> packets;
+        std::array<WidePacket, 2> wide_packets;
     };
 
     using TablesBySize = std::vector<std::unique_ptr<RayTables>>;  ///< each of twice the rays of the one before
@@ -420,7 +432,8 @@ private:
 
     /// The facet that ray k met. Of two that lie back to back, the one that faces it; of several that meet within rounding,
     /// the first of those that face it.
-    std::uint32_t facet_met(RTCScene scene, const Packet& packet, unsigned k) const {
+    template <class AnyPacket>
+    std::uint32_t facet_met(RTCScene scene, const AnyPacket& packet, unsigned k) const {
         const std::uint32_t triangle = packet.triangle(k);
         const std::uint32_t facet = facet_of_triangle_[triangle];
         const float u = packet.rays.hit.u[k], v = packet.rays.hit.v[k];
@@ -428,7 +441,8 @@ private:
         return facing(packet, k, facet);
     }
 
-    std::uint32_t facing(const Packet& packet, unsigned k, std::uint32_t facet) const {
+    template <class AnyPacket>
+    std::uint32_t facing(const AnyPacket& packet, unsigned k, std::uint32_t facet) const {
         const TracedFacet& met = facets_[facet];
         if (met.twin_count == 0) return facet;
         const glm::dvec3 direction = packet.direction(k);
@@ -442,7 +456,8 @@ private:
     /// Which of the facets at an edge or a corner Embree reports follows from the order of its tree and the rounding of
     /// the processor. All that come within rounding of the hit are asked for; the smallest number among those that the ray
     /// meets from the front wins, or among all where there is none.
-    std::uint32_t first_of_tie(RTCScene scene, const Packet& packet, unsigned k, std::uint32_t met) const {
+    template <class AnyPacket>
+    std::uint32_t first_of_tie(RTCScene scene, const AnyPacket& packet, unsigned k, std::uint32_t met) const {
         const glm::dvec3 start = packet.origin(k), direction = packet.direction(k);
         const glm::dvec3 point = start + static_cast<double>(packet.rays.ray.tfar[k]) * direction;
         std::uint32_t best = met;
@@ -468,13 +483,15 @@ private:
         return true;
     }
 
-    FacetId seen_by(const Packet& packet, unsigned k) const {
+    template <class AnyPacket>
+    FacetId seen_by(const AnyPacket& packet, unsigned k) const {
         return packet.triangle(k) == embree_api::no_hit ? FacetId::none
                                                          : make_id<FacetId>(facet_met(opaque_.get(), packet, k));
     }
 
     /// The patch whose front ray k of a traced packet met; none when it met nothing, a back or the outdoors.
-    PatchId patch_met(const Packet& packet, unsigned k) const {
+    template <class AnyPacket>
+    PatchId patch_met(const AnyPacket& packet, unsigned k) const {
         if (packet.triangle(k) == embree_api::no_hit) return PatchId::none;
         const TracedFacet& facet = facets_[facet_met(surfaces_.get(), packet, k)];
         const glm::dvec3 direction = packet.direction(k);
@@ -482,15 +499,23 @@ private:
         return grid_.patch_at(facet.face, meeting_point(facet, packet.origin(k), direction) + centre_m_);
     }
 
-    /// Calls trace_them(packet, first, count) for the directions, eight at a time.
+    /// Calls trace_them(packet, first, count) for the directions, a packet at a time.
     template <class TraceThem>
     void for_each_packet(const GatherPoint& from, std::span<const glm::dvec3> directions, const TraceThem& trace_them) const {
+        if (wide_)
+            for_each_packet_of<WidePacket>(from, directions, trace_them);
+        else
+            for_each_packet_of<Packet>(from, directions, trace_them);
+    }
+
+    template <class AnyPacket, class TraceThem>
+    void for_each_packet_of(const GatherPoint& from, std::span<const glm::dvec3> directions, const TraceThem& trace_them) const {
         const glm::vec3 lifted(from.position_m - centre_m_ + lift_at(from.position_m) * from.normal);
-        Packet packet;
-        for (std::size_t first = 0; first < directions.size(); first += packet_size) {
+        AnyPacket packet;
+        for (std::size_t first = 0; first < directions.size(); first += AnyPacket::size) {
             const unsigned count =
-                static_cast<unsigned>(std::min<std::size_t>(packet_size, directions.size() - first));
-            for (unsigned k = 0; k < packet_size; ++k) {
+                static_cast<unsigned>(std::min<std::size_t>(AnyPacket::size, directions.size() - first));
+            for (unsigned k = 0; k < AnyPacket::size; ++k) {
                 packet.set_origin(k, lifted);
                 packet.set_direction(k, glm::vec3(directions[first + std::min(k, count - 1)]));
             }
@@ -498,23 +523,23 @@ private:
         }
     }
 
-    /// Sets the rays through eight pixels, as far as the cuts leave them.
-    template <class Row, class Column>
-    void start_view_packet(const Camera& camera, const Row& row, const Column& column, Packet& packet) const {
-        packet.start(packet_size);
+    /// Sets the rays through the pixels of a packet, as far as the cuts leave them.
+    template <class Row, class Column, class AnyPacket>
+    void start_view_packet(const Camera& camera, const Row& row, const Column& column, AnyPacket& packet) const {
+        packet.start(AnyPacket::size);
         if (camera.kind == ViewKind::perspective && camera.cut_planes.empty()) {
             // The same directions, but for their length, which rays need not have.
             const glm::dvec3 to_right = 2 * camera.half_width / camera.width * camera.right;
             const glm::dvec3 down = -2 * camera.half_height / camera.height * camera.up;
             const glm::dvec3 corner = camera.forward - 0.5 * camera.width * to_right - 0.5 * camera.height * down;
             const glm::vec3 eye(camera.eye_m - centre_m_);
-            for (unsigned k = 0; k < packet_size; ++k) {
+            for (unsigned k = 0; k < AnyPacket::size; ++k) {
                 packet.set_origin(k, eye);
                 packet.set_direction(k, glm::vec3(corner + (column(k) + 0.5) * to_right + (row(k) + 0.5) * down));
             }
             return;
         }
-        for (unsigned k = 0; k < packet_size; ++k) {
+        for (unsigned k = 0; k < AnyPacket::size; ++k) {
             const double x = column(k) + 0.5, y = row(k) + 0.5;
             const Camera::Ray ray = camera.ray(x, y);
             const Camera::Reach reach = camera.reach(ray);
@@ -526,7 +551,8 @@ private:
         }
     }
 
-    void trace_view_packet(SeeThrough see_through, Packet& packet) const {
+    template <class AnyPacket>
+    void trace_view_packet(SeeThrough see_through, AnyPacket& packet) const {
         if (see_through == SeeThrough::nothing) return embree_api::trace_started(opaque_.get(), packet);
         embree_api::trace_accepted(choosy_.get(), packet, [&](std::uint32_t triangle, const glm::dvec3& direction) {
             const TracedFacet& facet = facets_[facet_of_triangle_[triangle]];
@@ -535,7 +561,8 @@ private:
     }
 
     /// What a ray passes through does not count at edges either: what it has met is the answer there.
-    FacetId seen_in_view(SeeThrough see_through, const Packet& packet, unsigned k) const {
+    template <class AnyPacket>
+    FacetId seen_in_view(SeeThrough see_through, const AnyPacket& packet, unsigned k) const {
         if (see_through == SeeThrough::nothing) return seen_by(packet, k);
         const std::uint32_t triangle = packet.triangle(k);
         return triangle == embree_api::no_hit ? FacetId::none : make_id<FacetId>(facet_of_triangle_[triangle]);
@@ -549,36 +576,62 @@ private:
     }
 
     /// Shoots the rays of a table.
-    /// place_packet(frame, first, packet): sets directions and origins, lifted, of the rays from `first` on.
+    /// place_eight(frame, first, rays): sets directions and origins, lifted, of the eight rays from `first` on.
     /// second_start(lost): lifted origin of the second try of a ray that would be lost.
-    template <class PlacePacket, class SecondStart>
-    void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlacePacket& place_packet,
+    template <class PlaceEight, class SecondStart>
+    void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlaceEight& place_eight,
                const SecondStart& second_start, RowScratch& scratch) const {
+        if (wide_)
+            shoot_packets(scratch.wide_packets, normal, table, symmetry, place_eight, scratch);
+        else
+            shoot_packets(scratch.packets, normal, table, symmetry, place_eight, scratch);
+        try_again(normal, second_start, scratch);
+    }
+
+    template <class AnyPacket, class PlaceEight>
+    void shoot_packets(std::array<AnyPacket, 2>& packets, const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry,
+                       const PlaceEight& place_eight, RowScratch& scratch) const {
         const HemisphereFrame frame(normal, symmetry);
         scratch.second_tries.clear();
         scratch.hits.expect(table.rays());
         const std::uint32_t* const counters = cells_.counters();
         const std::uint32_t unclear = cells_.unclear_cell();
         const auto end = static_cast<std::size_t>(table.rays());
-        alignas(32) std::uint32_t met[2][packet_size];
+        // Tables and counters know packets of eight, one of each sub-sample.
+        constexpr unsigned size = AnyPacket::size, eight = rays_per_packet;
+        alignas(64) std::uint32_t met[2][size];
+        for (AnyPacket& packet : packets) packet.start(size);
         const auto count_hits = [&](std::size_t which) {
-            std::uint32_t all = 0;
-            for (unsigned k = 0; k < packet_size; ++k) all |= met[which][k] = counters[met[which][k]];
-            if (all < CellPatches::cut)
-                scratch.hits.add_packet(met[which]);
-            else
-                add_one_by_one(scratch.packets[which], met[which], scratch);
+            for (unsigned begin = 0; begin < size; begin += eight) {
+                std::uint32_t* const own = met[which] + begin;
+                std::uint32_t all = 0;
+#pragma GCC unroll 8
+                for (unsigned k = 0; k < eight; ++k) all |= own[k] = counters[own[k]];
+                if (all < CellPatches::cut)
+                    scratch.hits.add_packet(own);
+                else
+                    add_one_by_one(packets[which], begin, own, scratch);
+            }
         };
         // The hits of a packet are counted when the next one is traced: nothing waits for its cells.
         std::size_t which = 0;
-        for (std::size_t first = 0; first < end; first += packet_size, which ^= 1) {
-            if (first >= 2 * packet_size) count_hits(which);
-            place_packet(frame, first, scratch.packets[which]);
-            embree_api::trace(surfaces_.get(), scratch.packets[which]);
-            find_cells(hit_maps_.data(), scratch.packets[which], unclear, met[which]);
+        for (std::size_t first = 0; first < end; first += size, which ^= 1) {
+            if (first >= 2 * size) count_hits(which);
+            AnyPacket& packet = packets[which];
+            auto& ray = packet.rays.ray;
+            for (unsigned k = 0; k < size; k += eight)
+                place_eight(frame, first + k, {ray.org_x + k, ray.org_y + k, ray.org_z + k, ray.dir_x + k, ray.dir_y + k, ray.dir_z + k});
+            packet.start_again();
+            embree_api::trace_started(surfaces_.get(), packet);
+            for (unsigned k = 0; k < size; k += eight) find_cells(hit_maps_.data(), {packet, k}, unclear, met[which] + k);
         }
+        // A table has at least two packets.
         count_hits(which);
         count_hits(which ^ 1);
+    }
+
+    template <class SecondStart>
+    void try_again(const glm::dvec3& normal, const SecondStart& second_start, RowScratch& scratch) const {
         Packet& packet = scratch.packets[0];
         for (std::size_t first = 0; first < scratch.second_tries.size(); first += packet_size) {
             const unsigned count = static_cast<unsigned>(
@@ -598,20 +651,24 @@ private:
         }
     }
 
-    void add_one_by_one(const Packet& packet, const std::uint32_t* entries, RowScratch& scratch) const {
-        for (unsigned k = 0; k < packet_size; ++k) {
-            if (entries[k] < CellPatches::cut)
-                scratch.hits.add(entries[k], k);
-            else if (const PatchId beside = patch_beside(packet, k, entries[k]); beside != PatchId::none)
-                scratch.hits.add(HitCounts::counter_of(beside), k);
+    /// Of the eight rays from `first` on.
+    template <class AnyPacket>
+    void add_one_by_one(const AnyPacket& packet, unsigned first, const std::uint32_t* entries, RowScratch& scratch) const {
+        for (unsigned sub_sample = 0; sub_sample < rays_per_packet; ++sub_sample) {
+            const unsigned k = first + sub_sample;
+            if (entries[sub_sample] < CellPatches::cut)
+                scratch.hits.add(entries[sub_sample], sub_sample);
+            else if (const PatchId beside = patch_beside(packet, k, entries[sub_sample]); beside != PatchId::none)
+                scratch.hits.add(HitCounts::counter_of(beside), sub_sample);
             else if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                scratch.hits.add(HitCounts::counter_of(patch), k);
+                scratch.hits.add(HitCounts::counter_of(patch), sub_sample);
             else
-                scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], k});
+                scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], sub_sample});
         }
     }
 
-    PatchId patch_beside(const Packet& packet, unsigned k, std::uint32_t entry) const {
+    template <class AnyPacket>
+    PatchId patch_beside(const AnyPacket& packet, unsigned k, std::uint32_t entry) const {
         if (packet.triangle(k) == embree_api::no_hit) return PatchId::none;
         const HitMap& map = hit_maps_[packet.triangle(k)];
         const float u = packet.rays.hit.u[k], v = packet.rays.hit.v[k];
@@ -645,6 +702,7 @@ private:
     std::vector<float> edges_;  ///< of triangles, see edge_share()
     std::vector<HitMap> hit_maps_;
     embree_api::Device device_;
+    bool wide_;  ///< packets
     embree_api::Scene surfaces_;  ///< with the apertures, which are surfaces to form factors
     embree_api::Scene opaque_;    ///< without: its triangles are the first of `surfaces_`
     embree_api::Scene choosy_;    ///< the same for views that see through something

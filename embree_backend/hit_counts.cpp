@@ -137,6 +137,7 @@ void HitCounts::move_to(FormFactorRow& row, std::int64_t rays) {
             block_seen_[block] = 0;
         }
     counted_ = 0;
+    all_seen_ = false;
     moved_ = {};
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -32,6 +33,12 @@ public:
         // Small counters stay in the nearest cache.
         if (counted_ + rays > std::int64_t{0xffff} * embree_sampling::sub_samples) make_room();
         counted_ += rays;
+        // To look into every block costs less than to note for every ray where it met something.
+        constexpr std::int64_t many = 32;
+        if (!all_seen_ && rays >= many * static_cast<std::int64_t>(block_seen_.size())) {
+            std::ranges::fill(block_seen_, std::uint8_t{1});
+            all_seen_ = true;
+        }
     }
 
     /// A hit of a sub-sample on the patch that has a counter.
@@ -43,12 +50,12 @@ public:
     /// One patch for each sub-sample. counters: [8].
     void add_packet(const std::uint32_t* counters) {
         std::uint16_t* const hits = hits_.data();
+#pragma GCC unroll 8
+        for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) ++hits[counters[k] + k * group];
+        if (all_seen_) return;
         std::uint8_t* const seen = block_seen_.data();
 #pragma GCC unroll 8
-        for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) {
-            ++hits[counters[k] + k * group];
-            seen[counters[k] / counters_per_block] = 1;
-        }
+        for (std::uint32_t k = 0; k < embree_sampling::sub_samples; ++k) seen[counters[k] / counters_per_block] = 1;
     }
 
     /// Root of the sum of the squares of the estimated errors, were the row to be made of the hits so far.
@@ -70,6 +77,7 @@ private:
     std::int64_t counted_ = 0;              ///< rays in hits_, at most
     std::vector<std::uint32_t> moved_;      ///< likewise, hits that had to make room; empty while there are none
     std::vector<std::uint8_t> block_seen_;  ///< whether any of so many neighbouring patches was met
+    bool all_seen_ = false;                 ///< every block counts as met
     std::size_t touched_count_ = 0;
     std::vector<std::uint32_t> touched_;    ///< [touched_count_ and some room] patches met, increasing
     std::vector<float> total_, variance_;   ///< likewise

@@ -52,12 +52,10 @@ inline __attribute__((always_inline)) void gather_four(const float* const (&of)[
 }  // namespace
 
 /// Every ray brings the map of the triangle it met, whether its neighbours met the same or not: nothing to foresee.
-NATUREL_WIDE void find_cells(const HitMap* maps, const embree_api::Packet& packet, std::uint32_t unclear, std::uint32_t* cells) {
-    const RTCRay8& ray = packet.rays.ray;
-    const RTCHit8& hit = packet.rays.hit;
+NATUREL_WIDE void find_cells(const HitMap* maps, const TracedRays& rays, std::uint32_t unclear, std::uint32_t* cells) {
     // There is one geometry: its number is 0, and all ones where nothing was met.
-    const Ints nothing = load(hit.geomID);
-    const Ints triangle = load(hit.primID) & ~nothing;
+    const Ints nothing = load(rays.geometry);
+    const Ints triangle = load(rays.triangle) & ~nothing;
     const float* of_column[packet_size];
     const float* of_row[packet_size];
     const float* of_normal[packet_size];
@@ -70,13 +68,13 @@ NATUREL_WIDE void find_cells(const HitMap* maps, const embree_api::Packet& packe
     gather_four(of_row, more);
     gather_four(of_normal, normal);
 
-    const Floats u = load(hit.u), v = load(hit.v);
+    const Floats u = load(rays.u), v = load(rays.v);
     const Floats column = place[0] + u * place[1] + v * place[2];
     const Floats row = place[3] + u * more[0] + v * more[1];
     const Ints columns = std::bit_cast<Ints>(more[3]), first_cell = std::bit_cast<Ints>(normal[3]);
     // Towards zero: what is negative by rounding belongs to the first cell.
     const Ints found = first_cell + __builtin_convertvector(row, Ints) * columns + __builtin_convertvector(column, Ints);
-    const Floats cosine = load(ray.dir_x) * normal[0] + load(ray.dir_y) * normal[1] + load(ray.dir_z) * normal[2];
+    const Floats cosine = load(rays.dir_x) * normal[0] + load(rays.dir_y) * normal[1] + load(rays.dir_z) * normal[2];
     const Floats inside = smaller(smaller(u, v), 1.0f - u - v);
     const Ints clear = (cosine < 0.0f) & (inside >= more[2]) & ~nothing;
     const Ints cell = (found & clear) | (static_cast<std::int32_t>(unclear) & ~clear);

@@ -15,8 +15,20 @@ struct alignas(64) HitMap {
     std::uint32_t first_cell = 0;
 };
 
-/// The cells under the hits of a traced packet. `unclear` where the facet was not met from its front and away from its
+/// Eight neighbouring rays of a traced packet.
+struct TracedRays {
+    const float *dir_x, *dir_y, *dir_z, *u, *v;
+    const std::uint32_t *geometry, *triangle;
+
+    template <unsigned size>
+    TracedRays(const embree_api::PacketOf<size>& packet, unsigned first)
+        : dir_x(packet.rays.ray.dir_x + first), dir_y(packet.rays.ray.dir_y + first), dir_z(packet.rays.ray.dir_z + first),
+          u(packet.rays.hit.u + first), v(packet.rays.hit.v + first), geometry(packet.rays.hit.geomID + first),
+          triangle(packet.rays.hit.primID + first) {}
+};
+
+/// The cells under the hits of traced rays. `unclear` where the facet was not met from its front and away from its
 /// edges, or where nothing was met. A hit on the last edge of a grid may come out one cell beyond by rounding. cells: [8], filled.
-void find_cells(const HitMap* maps, const embree_api::Packet& packet, std::uint32_t unclear, std::uint32_t* cells);
+void find_cells(const HitMap* maps, const TracedRays& rays, std::uint32_t unclear, std::uint32_t* cells);
 
 }  // namespace naturel
