@@ -12,6 +12,7 @@
 
 #include "cli/file_writer.h"
 #include "cli/forecast.h"
+#include "cli/image_writer.h"
 #include "cli/job_figures.h"
 #include "cli/job_group.h"
 #include "cli/job_list.h"
@@ -158,9 +159,8 @@ private:
             // Jobs change their numbers when a study gets more of them.
             const std::filesystem::path folder = options_.out / "images" / short_key(jobs_.jobs[job].key);
             make_writable_folder(folder);
-            const Attempt one = attempt([&] {
-                return std::vector{record_with_pictures(pending_job(job), folder, study_.keep.sensors, options_.cache, progress_)};
-            });
+            const std::string group_key = study_.keep.sensors ? jobs_.group_keys[jobs_.jobs[job].group] : std::string();
+            const Attempt one = attempt([&] { return records_with_pictures(pending_job(job), folder, group_key, options_.cache, progress_); });
             if (one.error.empty())
                 done(one.records, 1);
             else
@@ -186,12 +186,8 @@ std::vector<GroupForecast> forecast_groups(const Study& study, RunOptionSets& se
         seen[job.group] = true;
         try {
             groups[job.group] = forecast_group(input_of(study, job, sets), study.keep.images, progress);
-        } catch (const std::bad_alloc&) {
-            throw;  // a machine with more memory would come to another cost, and cut the row elsewhere
-        } catch (const Interrupted&) {
-            throw;
-        } catch (const std::exception&) {
-            // So will the job.
+        } catch (const InputError&) {
+            // So will the job. Every machine finds that; what is a fault of one machine must not let it cut the row elsewhere.
         }
     }
     return groups;
@@ -261,8 +257,9 @@ std::string dry_run_account(const Study& study, const StudyJobs& jobs, const std
 
 /// Where results are complete, they are written; the last shard to end does it. mine: the jobs of this shard, whose failures make
 /// the exit code.
-ExitCode conclude(const BatchOptions& options, const JobList& list, std::span<const std::size_t> mine, const Shard& shard, const std::string& work) {
+ExitCode conclude(const BatchOptions& options, const StudyJobs& jobs, std::span<const std::size_t> mine, const Shard& shard, const std::string& work) {
     const FolderLock lock(options.out);
+    const JobList list = read_job_list(options.out);  // to which another process may have added jobs
     const FinishedJobs finished(options.out);
     JobCounts counts = count_jobs(list, finished);
     std::string text = fmt::format("study \"{}\": {} jobs done, {} failed, {} missing; {}\n", list.study, counts.done, counts.failed, counts.missing, work);
@@ -274,7 +271,7 @@ ExitCode conclude(const BatchOptions& options, const JobList& list, std::span<co
     }
     if (counts.not_converged > 0) text += fmt::format("  {} jobs did NOT converge\n", counts.not_converged);
     print_at_once(stdout, text);
-    if (std::ranges::any_of(mine, [&](std::size_t job) { return finished.state(list.jobs[job].key) == JobState::failed; }))
+    if (std::ranges::any_of(mine, [&](std::size_t job) { return finished.state(jobs.jobs[job].key) == JobState::failed; }))
         return ExitCode::some_failed;
     return counts.not_converged > 0 ? ExitCode::not_converged : ExitCode::done;
 }
@@ -308,23 +305,22 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     make_writable_folder(options.out);
     make_writable_folder(records_folder(options.out));
     const JobList list = list_jobs(study, jobs);
+    RecordFile records(records_folder(options.out) / (shard.name() + ".records"));
     {
         const FolderLock lock(options.out);
         if (const auto warning = keep_job_list(options.out, list)) print_at_once(stderr, "warning: " + *warning + "\n");
     }
-    RecordFile records(records_folder(options.out) / (shard.name() + ".records"));
     const FinishedJobs known(options.out);
     for (const std::string& damage : known.damages()) print_at_once(stderr, "warning: " + damage + "\n");
     const std::vector<std::size_t> all_mine = mine;
     const std::size_t all = all_mine.size();
-    std::set<std::string_view> keys;
     std::erase_if(mine, [&](std::size_t job) {
         const JobState state = known.state(jobs.jobs[job].key);
-        const bool computed_twice = !keys.insert(jobs.jobs[job].key).second;
-        return computed_twice || state == JobState::done || (state == JobState::failed && !options.retry_failed);
+        return state == JobState::done || (state == JobState::failed && !options.retry_failed);
     });
     if (tells_in_words(options) && mine.size() < all) print_at_once(stderr, fmt::format("{} of {} jobs are finished already\n", all - mine.size(), all));
 
+    if (study.keep.images && !mine.empty()) require_image_writer();  // or every job would fail on this machine
     JobProgress progress(told, options.quiet ? ProgressForm::none : options.progress, drawn, mine.size());
     BatchRun run(options, study, sets, jobs, records, progress);
     try {
@@ -339,7 +335,7 @@ ExitCode batch(const BatchOptions& options, Progress& told, bool drawn) {
     }
     progress.finish();
     const double seconds = progress.seconds();
-    return conclude(options, list, all_mine, shard,
+    return conclude(options, jobs, all_mine, shard,
                     fmt::format("{} now in {:.2f} s, {:.3g} a second", mine.size(), seconds, static_cast<double>(mine.size()) / std::max(seconds, 1e-3)));
 }
 

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <random>
+#include <chrono>
 #include <system_error>
 
 #include "core/errors.h"
@@ -20,18 +20,21 @@ namespace {
 
 /// Processes on several machines may write to one folder, and have the same number.
 std::string name_of_part() {
-    std::random_device random;
-    return fmt::format(".{}-{:08x}{}", ::getpid(), random(), part_ending);
+    return fmt::format(".{}-{:x}{}", ::getpid(), std::chrono::system_clock::now().time_since_epoch().count(), part_ending);
 }
 
 /// What is written to a file or a folder is on the disk afterwards.
 void flush(const std::filesystem::path& path) {
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) return;  // it cannot be read; it is there all the same
+    if (descriptor < 0) {
+        // It may be written but not read; or somebody has just put it in its place under another name.
+        if (errno == EACCES || errno == ENOENT) return;
+        fail(path, errno);
+    }
     const int error = ::fsync(descriptor) == 0 ? 0 : errno;
     ::close(descriptor);
-    // Not every file system can do that for a folder.
-    if (error != 0 && error != EINVAL) fail(path, error);
+    // Not every file system can do that for everything; these are those that lose something.
+    if (error == EIO || error == ENOSPC || error == EDQUOT) fail(path, error);
 }
 
 }  // namespace
@@ -91,21 +94,47 @@ void make_writable_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw WriteError(folder.string(), fmt::format("cannot be made: {}", error.message()));
-    WholeFile probe(folder / "probe");
-    probe.write("naturel");
-    probe.close();
+    const std::filesystem::path file = folder / ("probe" + name_of_part());
+    const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0) fail(folder, errno);
+    ::unlink(file.c_str());
+    const int written = ::write(descriptor, "naturel", 7) == 7 ? 0 : errno;
+    ::close(descriptor);
+    if (written != 0) fail(folder, written);
 }
 
-void remove_parts(const std::filesystem::path& folder) {
+std::vector<std::filesystem::directory_entry> entries_of(const std::filesystem::path& folder, std::error_code& error) {
+    std::vector<std::filesystem::directory_entry> entries;
+    std::filesystem::directory_iterator at(folder, error);
+    while (!error && at != std::filesystem::directory_iterator()) {
+        entries.push_back(*at);
+        at.increment(error);
+    }
+    if (error) entries.clear();
+    return entries;
+}
+
+void remove_left_parts(const std::filesystem::path& folder) {
+    const auto long_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
     std::error_code gone;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, gone))
-        if (entry.path().extension() == part_ending) std::filesystem::remove(entry.path(), gone);
+    for (const auto& entry : entries_of(folder, gone)) {
+        const auto written = entry.last_write_time(gone);
+        if (!gone && written < long_ago && entry.path().extension() == part_ending && entry.is_regular_file(gone))
+            std::filesystem::remove(entry.path(), gone);
+    }
 }
 
 void keep_for_good(const std::filesystem::path& folder) {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) flush(entry.path());
+    std::error_code error;
+    for (const auto& entry : entries_of(folder, error)) {
+        if (entry.is_directory(error))
+            keep_for_good(entry.path());
+        else
+            flush(entry.path());
+    }
+    if (error) fail(folder, error.value());
     flush(folder);
-    flush(folder.parent_path());
+    flush(folder.has_parent_path() ? folder.parent_path() : ".");
 }
 
 void print_at_once(std::FILE* stream, std::string_view text) {

@@ -2,6 +2,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <string_view>
+#include <system_error>
+#include <vector>
 
 #include "core/errors.h"
 
@@ -52,10 +54,13 @@ void write_file_for_good(const std::filesystem::path& file, std::string_view byt
 /// Throws WriteError with path and reason.
 void make_writable_folder(const std::filesystem::path& folder);
 
-/// Removes what processes that were killed left in a folder. Nobody else may be writing there.
-void remove_parts(const std::filesystem::path& folder);
+/// What is in a folder. Empty, with an error, where it cannot be read to its end.
+std::vector<std::filesystem::directory_entry> entries_of(const std::filesystem::path& folder, std::error_code& error);
 
-/// Afterwards everything in a folder outlives a loss of power. Throws WriteError with path and reason.
+/// Removes what processes that were killed left of files in a folder: parts that nobody has written to for an hour.
+void remove_left_parts(const std::filesystem::path& folder);
+
+/// Afterwards a folder and everything below it outlives a loss of power. Throws WriteError with path and reason.
 void keep_for_good(const std::filesystem::path& folder);
 
 /// Writes to a stream without keeping any of it back.

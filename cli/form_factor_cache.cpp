@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <optional>
 
 #include "cli/file_reader.h"
@@ -70,6 +70,8 @@ std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, st
             return rows;
         }
         note(fmt::format("{} is damaged: its form factors are computed again", file.string()));
+    } catch (const std::bad_alloc&) {
+        note(fmt::format("{} does not fit into memory beside the rest: its form factors are computed again", file.string()));
     } catch (const InputError& unreadable) {
         // Another process may just have removed it, to make room.
         if (std::filesystem::exists(file, error)) note(unreadable.what());
@@ -77,16 +79,9 @@ std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, st
     return {};
 }
 
-/// Whether nobody can still be at work on a file that is not complete.
-bool is_left_over(const std::filesystem::directory_entry& entry) {
-    std::error_code gone;
-    const auto written = entry.last_write_time(gone);
-    return entry.path().extension() == part_ending && !gone && written + std::chrono::hours(1) < std::filesystem::file_time_type::clock::now();
-}
-
-/// Removes what was used longest ago, `kept` never, and what killed processes left. Another process may do the same at the same
-/// time: what is gone is gone.
+/// Removes what was used longest ago, `kept` never. Another process may do the same at the same time: what is gone is gone.
 void keep_below(const std::filesystem::path& folder, double limit_bytes, const std::filesystem::path& kept) {
+    remove_left_parts(folder);
     struct File {
         std::filesystem::file_time_type used;
         std::filesystem::path path;
@@ -95,8 +90,7 @@ void keep_below(const std::filesystem::path& folder, double limit_bytes, const s
     std::vector<File> files;
     double all_bytes = 0.0;
     std::error_code gone;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, gone)) {
-        if (is_left_over(entry)) std::filesystem::remove(entry.path(), gone);
+    for (const auto& entry : entries_of(folder, gone)) {
         if (entry.path().extension() != ending) continue;
         const auto used = entry.last_write_time(gone);
         const auto bytes = gone ? 0 : entry.file_size(gone);
@@ -152,6 +146,8 @@ private:
             std::filesystem::create_directories(cache_.folder);
             write_file(file, bytes);
             keep_below(cache_.folder, cache_.limit_bytes, file);
+        } catch (const std::bad_alloc&) {
+            note("there is no memory for a copy of the form factors; they are not kept");
         } catch (const InputError& error) {
             note(error.what());
         } catch (const std::filesystem::filesystem_error& error) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <future>
 #include <stdexcept>
+#include <system_error>
 
 #include "cli/images/image_file.h"
 #include "core/parallel.h"
@@ -55,12 +56,22 @@ bool shows_everywhere(std::span<const float> coverage) {
 
 }  // namespace
 
-void open_image_writer(int threads) {
+ImageWriterOpening::ImageWriterOpening(int threads) {
     if (!std::filesystem::exists(module_file()))
         throw std::runtime_error("cannot load the writer of pictures: there is no " + module_file().string());
     // The first loop of TBB loads libraries, too, and only one thread can do that at a time.
     parallel_for(static_cast<std::size_t>(threads), 1, [](std::size_t) {});
-    loaded_encoder(threads > 1 ? std::launch::async : std::launch::deferred);
+    if (threads <= 1) return;
+    try {
+        loaded_encoder(std::launch::async);
+        in_background_ = true;
+    } catch (const std::system_error&) {
+        // No thread is to be had for it.
+    }
+}
+
+ImageWriterOpening::~ImageWriterOpening() {
+    if (in_background_) loaded_encoder(std::launch::async).wait();
 }
 
 void require_image_writer() {

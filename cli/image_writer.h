@@ -14,9 +14,20 @@ namespace naturel {
 /// Name and text of what an image file says about itself.
 using ImageMetadata = std::vector<std::pair<std::string, std::string>>;
 
-/// Begins to load the module that writes pictures, and a hundred libraries with it, which takes longer than many a calculation: in
-/// the background where there are threads for it, else when it is needed. Throws std::runtime_error where there is no such module.
-void open_image_writer(int threads);
+/// Begins to load the module that writes pictures, and some 250 libraries with it, which takes longer than many a calculation: in the
+/// background where there are threads for it, else when it is needed. Its end waits for that: a program must not end while libraries
+/// load.
+class ImageWriterOpening {
+public:
+    /// Throws std::runtime_error where there is no such module.
+    explicit ImageWriterOpening(int threads);
+    ImageWriterOpening(const ImageWriterOpening&) = delete;
+    ImageWriterOpening& operator=(const ImageWriterOpening&) = delete;
+    ~ImageWriterOpening();
+
+private:
+    bool in_background_ = false;
+};
 
 /// Waits for the module; the functions below do so, too. Throws std::runtime_error where it cannot be loaded: ask before files are
 /// written.

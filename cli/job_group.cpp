@@ -73,8 +73,8 @@ std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& job
     return records;
 }
 
-std::string record_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, bool keep_sensors,
-                                 const FormFactorCache& cache, Progress& progress) {
+std::vector<std::string> records_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, const std::string& group_key,
+                                               const FormFactorCache& cache, Progress& progress) {
     const RunOptions& options = *job.input.options;
     const PreparedScene prepared = prepare_scene(job.input.scene, options.quality, progress);
     std::vector<Sensor> sensors = place_sensors(prepared.scene, prepared.building);
@@ -85,10 +85,13 @@ std::string record_with_pictures(const PendingJob& job, const std::filesystem::p
     const Result result{options, prepared.scene, prepared.building, prepared.grid, *visibility, solution, primaries, {}};
     make_writable_folder(pictures);
     prepare_view_folders(prepared.scene, options.picture_files, pictures);
-    for (const char* folder : {"views", "views/false_colour"}) remove_parts(pictures / folder);
+    for (const char* folder : {"views", "views/false_colour"}) remove_left_parts(pictures / folder);
     write_views(result, pictures, progress);
     keep_for_good(pictures);  // before a record says that they are there
-    return done_record(job.key, result, keep_sensors);
+    std::vector<std::string> records;
+    if (!group_key.empty()) records.push_back(sensors_record(group_key, prepared.scene, solution.sensors));
+    records.push_back(done_record(job.key, result, !group_key.empty()));
+    return records;
 }
 
 GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress) {

@@ -41,10 +41,10 @@ private:
     std::unique_ptr<SkySeries> series_{};  ///< of adaptive direct light
 };
 
-/// The record of a job that keeps pictures: computed as `naturel run` would, with a grid cut along its own sunspots. The views are
-/// written below `pictures`.
-std::string record_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, bool keep_sensors,
-                                 const FormFactorCache& cache, Progress& progress);
+/// The records of a job that keeps pictures: computed as `naturel run` would, with a grid cut along its own sunspots. The views are
+/// written below `pictures`. group_key: of the sensors, whose record comes first; empty where they are not kept.
+std::vector<std::string> records_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, const std::string& group_key,
+                                               const FormFactorCache& cache, Progress& progress);
 
 /// What a group will take.
 struct GroupForecast {

@@ -76,7 +76,8 @@ std::optional<std::string> keep_job_list(const std::filesystem::path& folder, co
     const std::string text = job_list_text(list);
     const std::filesystem::path file = list_file(folder);
     std::optional<std::string> warning;
-    if (std::filesystem::exists(file)) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error)) {
         std::optional<JobList> read;
         try {
             read = read_job_list(folder);
@@ -102,10 +103,12 @@ std::optional<std::string> keep_job_list(const std::filesystem::path& folder, co
 }
 
 void FinishedJobs::add(const std::filesystem::path& folder) {
-    std::error_code absent;
+    std::error_code error;
     std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(records_folder(folder), absent))
+    for (const auto& entry : entries_of(records_folder(folder), error))
         if (entry.path().extension() == ".records") files.push_back(entry.path());
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw InputError(records_folder(folder).string(), fmt::format("cannot be read: {}", error.message()));
     std::ranges::sort(files);
     for (const std::filesystem::path& file : files) {
         const RecordScan scan = scan_records(file);

@@ -50,7 +50,7 @@ class FinishedJobs {
 public:
     /// Reads every file of records below `folder`. Throws InputError.
     explicit FinishedJobs(const std::filesystem::path& folder) { add(folder); }
-    /// And those of another folder.
+    /// And those of another folder; one that has none adds none.
     void add(const std::filesystem::path& folder);
 
     JobState state(const std::string& key) const;

@@ -31,14 +31,30 @@ std::string words_of(int error) {
     return std::generic_category().message(error);
 }
 
-std::string bytes_of_file(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary | std::ios::ate);
-    if (!stream) return {};
-    const auto size = static_cast<std::streamoff>(stream.tellg());
-    std::string bytes(static_cast<std::size_t>(size), '\0');
-    stream.seekg(0).read(bytes.data(), size);
-    if (stream.bad()) throw InputError(file.string(), "cannot be read to its end (check the disk)");
-    bytes.resize(static_cast<std::size_t>(stream.gcount()));  // another process may just have cut off a torn end
+struct OpenFile {
+    explicit OpenFile(const std::filesystem::path& file) : descriptor(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {}
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile() {
+        if (descriptor >= 0) ::close(descriptor);
+    }
+    const int descriptor;
+};
+
+/// From its beginning to where it ends at this moment.
+std::string bytes_of_file(int descriptor, const std::filesystem::path& file) {
+    struct stat status{};
+    if (::fstat(descriptor, &status) != 0) throw InputError(file.string(), fmt::format("cannot be read: {}", words_of(errno)));
+    std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+    std::size_t have = 0;
+    while (have < bytes.size()) {
+        const ssize_t got = ::pread(descriptor, bytes.data() + have, bytes.size() - have, static_cast<off_t>(have));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw InputError(file.string(), fmt::format("cannot be read to its end: {}", words_of(errno)));
+        if (got == 0) break;  // another process may just have cut off a torn end
+        have += static_cast<std::size_t>(got);
+    }
+    bytes.resize(have);
     return bytes;
 }
 
@@ -52,19 +68,7 @@ std::string_view content_at(std::string_view bytes, std::size_t at) {
     return bytes.substr(at + head_bytes - checksum_bytes, checksum_bytes) == checksum(content) ? content : std::string_view();
 }
 
-}  // namespace
-
-std::string record_bytes(std::string_view json, std::span<const double> numbers) {
-    std::string content(json);
-    content += '\n';
-    content += bytes_of(numbers);
-    std::string record(record_magic);
-    append_bytes<std::uint64_t>(record, content.size());
-    return record + checksum(content) + content;
-}
-
-RecordScan scan_records(const std::filesystem::path& file) {
-    const std::string bytes = bytes_of_file(file);
+RecordScan scan_bytes(const std::string& bytes, const std::filesystem::path& file) {
     RecordScan scan;
     std::size_t at = 0;
     while (at < bytes.size()) {
@@ -80,6 +84,24 @@ RecordScan scan_records(const std::filesystem::path& file) {
     }
     scan.tail_bytes = bytes.size() - scan.end;
     return scan;
+}
+
+}  // namespace
+
+std::string record_bytes(std::string_view json, std::span<const double> numbers) {
+    std::string content(json);
+    content += '\n';
+    content += bytes_of(numbers);
+    std::string record(record_magic);
+    append_bytes<std::uint64_t>(record, content.size());
+    return record + checksum(content) + content;
+}
+
+RecordScan scan_records(const std::filesystem::path& file) {
+    const OpenFile open(file);
+    if (open.descriptor < 0 && errno == ENOENT) return {};
+    if (open.descriptor < 0) throw InputError(file.string(), fmt::format("cannot be read: {}", words_of(errno)));
+    return scan_bytes(bytes_of_file(open.descriptor, file), file);
 }
 
 JobRecord read_record(const RecordPlace& place) {
@@ -104,7 +126,7 @@ RecordFile::RecordFile(const std::filesystem::path& file) : file_(file) {
         throw InputError(file.string(), error == EWOULDBLOCK ? "another naturel is at work on these jobs (wait for it, or choose another folder)"
                                                              : fmt::format("cannot be locked: {}", words_of(error)));
     }
-    const RecordScan scan = scan_records(file);
+    const RecordScan scan = scan_bytes(bytes_of_file(descriptor_, file), file);
     end_ = scan.end;
     cut_bytes_ = scan.tail_bytes;
     if (cut_bytes_ > 0 && ::ftruncate(descriptor_, static_cast<off_t>(end_)) != 0) {
@@ -149,7 +171,14 @@ FolderLock::FolderLock(const std::filesystem::path& folder) {
         if (descriptor_ >= 0) ::close(descriptor_);
         throw InputError(file.string(), fmt::format("cannot be locked: {}", words_of(error)));
     }
-    remove_parts(folder);
+    // No files of anybody else: the folder may be one of downloads.
+    std::error_code gone;
+    for (const auto& entry : entries_of(folder, gone)) {
+        const std::string name = entry.path().filename().string();
+        const bool is_ours = name.starts_with("jobs.jsonl.") || name.starts_with("results.csv.") || name.starts_with("results.jsonl.") ||
+                             name.starts_with("sensors_");
+        if (is_ours && name.ends_with(part_ending) && entry.is_regular_file(gone)) std::filesystem::remove(entry.path(), gone);
+    }
 }
 
 FolderLock::~FolderLock() {

@@ -11,6 +11,7 @@
 #include "cli/csv_table.h"
 #include "cli/file_writer.h"
 #include "cli/job_figures.h"
+#include "cli/json_text.h"
 #include "cli/little_endian.h"
 #include "cli/npy.h"
 
@@ -152,7 +153,7 @@ JobCounts write_results(const std::filesystem::path& folder, const JobList& list
                 if (!record["figures"]["radiosity"]["converged"].get<bool>()) ++counts.not_converged;
             }
         }
-        lines.write(line.dump() + '\n');
+        lines.write(json_line(line) + '\n');
         rows.push_back(std::move(row));
     }
     write_file(folder / "results.csv", results_csv(list, rows, columns));

@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numeric>
+#include <set>
+#include <string_view>
 #include <tuple>
 
 namespace naturel {
 
 std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<GroupCost>& costs, const Shard& shard) {
-    std::vector<std::size_t> row(jobs.jobs.size());
-    std::iota(row.begin(), row.end(), std::size_t{0});
+    std::vector<std::size_t> row;
+    std::set<std::string_view> keys;  // of jobs that are equal, one is computed
+    for (std::size_t number = 0; number < jobs.jobs.size(); ++number)
+        if (keys.insert(jobs.jobs[number].key).second) row.push_back(number);
     std::ranges::stable_sort(row, {}, [&](std::size_t number) {
         const StudyJob& job = jobs.jobs[number];
         return std::tuple(!job.invalid.empty(), job.group, job.set);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <set>
 
+#include "cli/file_reader.h"
 #include "cli/file_writer.h"
 #include "cli/job_results.h"
 #include "core/errors.h"
@@ -29,12 +30,24 @@ std::string all_records(const JobList& list, const FinishedJobs& finished) {
     return bytes;
 }
 
+/// Files that are still being written are left out.
+void copy_folder(const std::filesystem::path& from, const std::filesystem::path& to) {
+    std::error_code error;
+    std::filesystem::create_directories(to, error);
+    for (const auto& entry : entries_of(from, error)) {
+        if (entry.is_directory(error))
+            copy_folder(entry.path(), to / entry.path().filename());
+        else if (entry.path().extension() != part_ending)
+            write_file(to / entry.path().filename(), file_content(entry.path()));
+    }
+    if (error) throw InputError(to.string(), fmt::format("cannot be written: {}", error.message()));
+}
+
 void copy_images(const std::filesystem::path& from, const std::filesystem::path& to) {
     std::error_code error;
     if (!std::filesystem::exists(from / "images", error) || std::filesystem::equivalent(from, to, error)) return;
-    using Options = std::filesystem::copy_options;
-    std::filesystem::copy(from / "images", to / "images", Options::recursive | Options::overwrite_existing, error);
-    if (error) throw InputError((to / "images").string(), fmt::format("cannot be written: {}", error.message()));
+    copy_folder(from / "images", to / "images");
+    keep_for_good(to / "images");
 }
 
 }  // namespace
@@ -53,14 +66,17 @@ ExitCode merge(const MergeOptions& options) {
     }
     const FolderLock lock(out);
     if (!options.out.empty()) {
-        keep_job_list(out, list);
-        FinishedJobs parts(options.folders.front());
+        if (const auto warning = keep_job_list(out, list)) std::fputs(("warning: " + *warning + "\n").c_str(), stderr);
+        FinishedJobs parts(out);  // of an earlier merge
         for (const std::filesystem::path& folder : options.folders) parts.add(folder);
-        write_file(records_folder(out) / "merged.records", all_records(list, parts));
+        for (const std::string& damage : parts.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
+        // Records say that pictures are there: they come last.
         for (const std::filesystem::path& folder : options.folders) copy_images(folder, out);
+        write_file_for_good(records_folder(out) / "merged.records", all_records(list, parts));
     }
     const FinishedJobs finished(out);
-    for (const std::string& damage : finished.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
+    if (options.out.empty())
+        for (const std::string& damage : finished.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
     const JobCounts counts = write_results(out, list, finished);
     const std::string account = fmt::format("study \"{}\": {} jobs done, {} failed, {} missing; written to {}\n", list.study, counts.done,
                                             counts.failed, counts.missing, (out / "results.csv").string());

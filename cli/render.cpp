@@ -81,7 +81,7 @@ void render(const RenderOptions& options, Progress& progress) {
     if (backends.size() != 1)
         throw InputError(options.result.string(),
                          fmt::format("the result is of the backend \"{}\", which this program has not (give another with --backend)", name));
-    open_image_writer(options.threads);
+    const ImageWriterOpening opening(options.threads);
     prepare_view_folders(scene, options.picture_files, options.out);
     const std::unique_ptr<Visibility> visibility = backends.front().make(building, grid, run.options.backends);
     const Primaries primaries(scene.primaries);

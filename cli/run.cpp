@@ -108,7 +108,8 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     shared_clock.end_stage("read scene");
     const bool has_views = !read.views.empty();
-    if (has_views) open_image_writer(options.stages_apart ? 1 : options.threads);
+    std::optional<ImageWriterOpening> opening;
+    if (has_views) opening.emplace(options.stages_apart ? 1 : options.threads);
     for (const Backend& backend : backends) {
         make_writable_folder(options.out / backend.name);
         prepare_view_folders(read, options.picture_files, options.out / backend.name);

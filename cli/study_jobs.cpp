@@ -279,8 +279,9 @@ Found look_at(const Study& study, std::size_t combination, RunOptionSets& option
     try {
         JobInput input = read_varied(study, scene, edits, varied, options);
         found.key = print.add(std::string_view(input.scene.source_sha256)).digest();
-        found.group_key = study.keep.images ? found.key : geometry_key(input.scene, words);
-        found.set_key = study.keep.images ? found.key : set_key(found.group_key, input.scene);
+        // A job with pictures is a group of its own. The key of a group is never that of a job: both have records.
+        found.group_key = study.keep.images ? Fingerprint().add(std::string_view(found.key)).digest() : geometry_key(input.scene, words);
+        found.set_key = set_key(found.group_key, input.scene);
         found.scene = std::make_shared<const Scene>(std::move(input.scene));
     } catch (const InputError& error) {
         found.invalid = error.what();

@@ -181,7 +181,9 @@ TEST_CASE("a study killed at any instant ends with the bytes of one that was not
     REQUIRE(study.batch("whole").exit_code == 0);
     run_with_kills(study, "killed", 4, 0.15);
     write(study / "killed/results.csv.123-4.part", "killed while it wrote results");
+    write(study / "killed/download.part", "of somebody else");
     REQUIRE(study.batch("killed").exit_code == 0);
+    CHECK(std::filesystem::remove(study / "killed/download.part"));
     CHECK((study.results("killed") == study.results("whole")));
     CHECK(record_count(study / "killed") == 40 + 1);  // each job once, and the sensors
 }
@@ -296,11 +298,35 @@ TEST_CASE("shards share a study in one folder or in several, with the bytes of o
     CHECK(merged.exit_code == 0);
     CHECK((study.results("merged") == study.results("whole")));
 
+    const std::string first = merge[1];
     merge.erase(merge.begin() + 1);
     merge.back() = (study / "partly").string();
     const Outcome partly = run_naturel(merge);
     CHECK(partly.exit_code == 5);
     CHECK(partly.output.find("missing; written to") != std::string::npos);
+    // What was merged before stays, even when its folders are gone.
+    std::filesystem::remove_all(merge[1]);
+    CHECK(run_naturel({"merge", first, "--out", merge.back()}).exit_code == 0);
+    CHECK((study.results("partly") == study.results("whole")));
+}
+
+TEST_CASE("equal jobs are computed once, whatever shards they would fall into", "[cli][batch]") {
+    const StudyFolder study(with("/vary/1/values", {10000, 20000, 10000}));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    REQUIRE(study.batch("out", {"--shard", "1/2"}).exit_code == 0);
+    REQUIRE(study.batch("out", {"--shard", "2/2"}).exit_code == 0);
+    CHECK(record_count(study / "out") == 4);
+    CHECK((study.results("out") == study.results("whole")));
+    CHECK(lines_of(study.results("out").at("results.jsonl")).size() == 6);
+}
+
+TEST_CASE("records that cannot be read are not taken for missing ones", "[cli][batch]") {
+    const StudyFolder study;
+    REQUIRE(study.batch("out").exit_code == 0);
+    std::filesystem::create_directories(study / "out/records/odd.records");
+    const Outcome outcome = study.batch("out");
+    CHECK(outcome.exit_code == 3);
+    CHECK(outcome.errors.find("odd.records: cannot be read") != std::string::npos);
 }
 
 TEST_CASE("a failed job is recorded, stops no other, and is tried again when asked for", "[cli][batch]") {
@@ -440,6 +466,25 @@ TEST_CASE("pictures are kept job by job", "[cli][batch]") {
     const std::vector<Json> jobs = lines_of(study.results("out").at("results.jsonl"));
     CHECK(std::filesystem::exists(pictures(jobs[0]) / "to__window.png"));
     CHECK(std::filesystem::exists(pictures(jobs[1]) / "to__Window_2.exr"));
+
+    // Sensors and pictures: every job has a grid of its own, and its own table of sensors.
+    study_json["keep"] = {"sensors", "images"};
+    study.put(study_json);
+    const Outcome with_sensors = study.batch("with_sensors");
+    INFO(with_sensors.errors);
+    REQUIRE(with_sensors.exit_code == 0);
+    CHECK(study.results("with_sensors").contains("sensors_2.npy"));
+    const std::string npy = study.results("with_sensors").at("sensors_2.npy");
+    CHECK(npy.find("(1, ") != std::string::npos);
+    study_json["keep"] = {"images"};
+    study.put(study_json);
+
+    // Nor is a machine that cannot write them.
+    const TemporaryFolder bare;
+    std::filesystem::copy_file(NATUREL_PROGRAM, bare / "naturel");
+    const Outcome without_writer = run_naturel({"batch", study.study(), "--out", (study / "bare").string()}, bare / "naturel");
+    CHECK(without_writer.exit_code == 1);
+    CHECK(record_count(study / "bare") == 0);
 
     // A disk that refuses pictures is no fault of the job.
     std::filesystem::remove_all(study / "out");
