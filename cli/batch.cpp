@@ -180,12 +180,15 @@ private:
 /// Forecasts of all groups; what cannot be forecast, because a job of it will fail, costs nothing.
 std::vector<GroupForecast> forecast_groups(const Study& study, RunOptionSets& sets, const StudyJobs& jobs, const Progress& progress) {
     std::vector<GroupForecast> groups(jobs.group_keys.size());
+    std::vector<std::set<std::size_t>> sets_of(groups.size());
+    for (const StudyJob& job : jobs.jobs)
+        if (job.invalid.empty()) sets_of[job.group].insert(job.set);
     std::vector<bool> seen(groups.size(), false);
     for (const StudyJob& job : jobs.jobs) {
         if (!job.invalid.empty() || seen[job.group]) continue;
         seen[job.group] = true;
         try {
-            groups[job.group] = forecast_group(input_of(study, job, sets), study.keep.images, progress);
+            groups[job.group] = forecast_group(input_of(study, job, sets), sets_of[job.group].size(), study.keep.images, progress);
         } catch (const InputError&) {
             // So will the job. Every machine finds that; what is a fault of one machine must not let it cut the row elsewhere.
         }
@@ -241,10 +244,10 @@ std::string dry_run_account(const Study& study, const StudyJobs& jobs, const std
     if (!study.keep.images)
         for (std::size_t g = 0; g < forecasts.size(); ++g)
             if (sizes[g] > 0)
-                text += fmt::format("  group {}: {} jobs; {} patches, {} sensors; memory at most about {}; {} first, {} for each of {} sets of reflectances and "
-                                    "glazings, then {:.3g} ms a job\n",
+                text += fmt::format("  group {}: {} jobs; {} patches, {} sensors; memory at most about {}; {} first, {:.2g} s for each of {} sets of "
+                                    "reflectances and glazings, then {:.3g} ms a job\n",
                                     g + 1, sizes[g], forecasts[g].patches, forecasts[g].sensors, in_bytes(forecasts[g].bytes),
-                                    in_time(forecasts[g].first_seconds), in_time(forecasts[g].set_seconds), sets[g].size(),
+                                    in_time(forecasts[g].first_seconds), forecasts[g].set_seconds, sets[g].size(),
                                     1e3 * forecasts[g].job_seconds);
     const ScriptNeeds needs = needs_of(jobs, forecasts, mine);
     text += fmt::format("Together about {} of one core, and at most about {} of memory.\n", in_time(needs.seconds), in_bytes(needs.bytes));

@@ -75,6 +75,9 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
     const SamplesPerRow samples = samples_per_row(backend, options, building.facets.size(), f.rows);
     f.longest_row = pairwise ? f.rows
                              : static_cast<std::size_t>(std::min(static_cast<double>(f.rows), samples.patch));
+    // What samples that fall at random on patches in view leave out.
+    const double in_view = 0.65 * static_cast<double>(f.rows);
+    f.usual_entries = static_cast<double>(f.rows) * in_view * (pairwise || in_view == 0.0 ? 1.0 : 1.0 - std::exp(-samples.patch / in_view));
     f.form_factor_bytes = forecast_memory_bytes(f.rows, static_cast<double>(f.longest_row));
     f.form_factor_seconds = samples.seconds * samples.patch * static_cast<double>(f.rows);
     std::size_t gathered = sensors;

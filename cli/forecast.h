@@ -11,6 +11,7 @@ namespace naturel {
 /// What a run will take, from counts and options alone.
 struct Forecast {
     std::size_t rows = 0;         ///< of form factors
+    double usual_entries = 0.0;   ///< of all rows, in a room most of which is seen from everywhere
     std::size_t longest_row = 0;  ///< entries, at most
     double form_factor_bytes = 0.0, light_bytes = 0.0, table_bytes = 0.0, picture_bytes = 0.0;
     /// CPU time on the machine of docs/method.md, "Forecasts"; the half or the double is possible.

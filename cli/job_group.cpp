@@ -94,17 +94,29 @@ std::vector<std::string> records_with_pictures(const PendingJob& job, const std:
     return records;
 }
 
-GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress) {
+GroupForecast forecast_group(const JobInput& any, std::size_t sets, bool pictures, const Progress& progress) {
     JobInput plain = any;
     plain.scene.grid.zones = false;  // they take time and change little
     const PreparedScene prepared = prepare_without_sun(plain, progress);
     const std::size_t sensors = place_sensors(prepared.scene, prepared.building).size();
     const Forecast f = forecast(prepared.scene, prepared.building, prepared.grid, sensors, any.options->backend,
                                 any.options->backends, any.options->daylight.node_indirect);
-    GroupForecast group{prepared.grid.gather_patch_count, sensors, f.peak_bytes(), f.seconds(), 0.0};
+    GroupForecast group{.patches = prepared.grid.gather_patch_count, .sensors = sensors, .bytes = f.peak_bytes()};
+    if (pictures) {
+        group.job_seconds = f.seconds();
+        return group;
+    }
     // Measured: docs/batch.md.
-    group.job_seconds = 4e-6 * static_cast<double>(prepared.grid.gather_patch_count);
-    if (pictures) group = {group.patches, sensors, group.bytes, 0.0, f.seconds()};
+    group.job_seconds = 4e-6 * static_cast<double>(group.patches);
+    if (prepared.scene.direct.method == DirectMethod::article) {
+        group.first_seconds = f.form_factor_seconds;
+        group.job_seconds += f.direct_seconds + f.gather_seconds + 2.5e-8 * f.usual_entries;
+        return group;
+    }
+    const SkySeriesCost series = sky_series_cost(prepared.scene, prepared.grid, sensors, sets, f.usual_entries);
+    group.bytes += series.bytes;
+    group.first_seconds = f.form_factor_seconds + f.gather_seconds;
+    group.set_seconds = series.set_seconds;
     return group;
 }
 

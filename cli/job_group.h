@@ -54,6 +54,7 @@ struct GroupForecast {
     double set_seconds = 0.0;    ///< before the first job of each set of reflectances, glazings and divisions of the sky
     double job_seconds = 0.0;    ///< of each job
 };
-GroupForecast forecast_group(const JobInput& any, bool pictures, const Progress& progress);
+/// sets: how many its jobs have.
+GroupForecast forecast_group(const JobInput& any, std::size_t sets, bool pictures, const Progress& progress);
 
 }  // namespace naturel

@@ -651,18 +651,21 @@ struct SkySeries::Implementation {
     Kept<Through, IndirectRows> indirect_rows;
 };
 
-double sky_series_bytes(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets) {
+SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, double entries) {
     const bool grey = std::ranges::all_of(scene.materials, is_grey, &Material::reflectance) &&
                       IndoorNumbers{.glazings = scene.glazings, .materials = {}}.glazings_are_grey();
     const auto number = [](std::size_t n) { return static_cast<double>(n); };
-    const double bands = grey ? 1.0 : 3.0, readings = number(sensors + 3), points = number(grid.nodes.size() + grid.gather_patch_count);
+    const double columns = (grey ? 1.0 : 3.0) * number(sensors + 3), patches = number(grid.gather_patch_count);
+    const double points = number(grid.nodes.size()) + patches;
     const double directions = 2.0 * pi / (node_step_rad * node_step_rad);
-    const double of_set = 8.0 * bands * readings * (points + directions);
+    const double of_set = 8.0 * columns * (points + directions);
     // While a set is made, its importance exists as exitance, too.
-    const double in_work = 8.0 * bands * readings * number(grid.gather_patch_count);
+    const double in_work = 8.0 * columns * patches;
     // Points see a tenth of all directions, rather less; those of sensors are four times as dense.
-    const double of_points = 0.1 * directions * (4.0 + 8.0 * bands) * number(grid.nodes.size() + 4 * sensors);
-    return number(std::min(sets, most_kept + 1)) * of_set + in_work + of_points;
+    const double rows = number(grid.nodes.size() + 4 * sensors);
+    const double of_rows = 0.1 * directions * (grey ? 12.0 : 28.0) * rows;
+    return {.bytes = number(std::min(sets, most_kept + 1)) * of_set + in_work + of_rows,
+            .set_seconds = columns * (2.5e-9 * entries + 2.5e-7 * points) + 4e-4 * rows};
 }
 
 SkySeries::SkySeries(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,

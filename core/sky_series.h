@@ -42,7 +42,12 @@ private:
     std::unique_ptr<Implementation> implementation_;
 };
 
-/// Memory of a series at most, beside the form factors, bytes. sets: of reflectances and glazings among the variants.
-double sky_series_bytes(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets);
+/// What a series costs beside its form factors, at most.
+struct SkySeriesCost {
+    double bytes = 0.0;
+    double set_seconds = 0.0;  ///< CPU time of each set of reflectances and glazings, as measured in docs/batch.md
+};
+/// sets: how many among the variants. entries: of the form factors.
+SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, double entries);
 
 }  // namespace naturel
