@@ -47,9 +47,10 @@ std::string in_millions(double number) {
 }
 
 /// CPU time of the direct light on a point.
-double direct_point_seconds(const Scene& scene, std::string_view backend, const BackendOptions& options) {
-    // Measured at tolerances from 1e-2 to 2e-4: docs/method.md, "Forecasts".
-    const double seconds = backend == "embree" ? 6e-5 : 5e-5 + 1.5e-9 * hemicube_cells(options);
+double direct_point_seconds(const Scene& scene, std::string_view backend, const BackendOptions& options, std::size_t facets) {
+    // Measured at tolerances from 1e-2 to 2e-4, and in halls of 500 and 5000 boxes: docs/method.md, "Forecasts".
+    const double crowd = std::sqrt(1.0 + static_cast<double>(facets) / 3000.0);
+    const double seconds = backend == "embree" ? 6e-5 * crowd : 5e-5 * crowd + 1.5e-9 * hemicube_cells(options);
     return seconds * std::pow(1e-3 / scene.direct.tolerance, 0.1);
 }
 
@@ -83,7 +84,7 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
     std::size_t gathered = sensors;
     if (node_indirect == IndirectMethod::gather) gathered += grid.nodes.size();
     f.gather_seconds = samples.seconds * samples.point * static_cast<double>(gathered);
-    f.direct_seconds = direct_point_seconds(scene, backend, options) * static_cast<double>(grid.nodes.size() + sensors);
+    f.direct_seconds = direct_point_seconds(scene, backend, options, building.facets.size()) * static_cast<double>(grid.nodes.size() + sensors);
     // Nodes and sensors hold a PointIlluminance each; patches their polygon, light by component and source,
     // exitance, and the vectors of the radiosity (about ten numbers for each of six channels).
     const auto count = [](std::size_t n) { return static_cast<double>(n); };
@@ -158,7 +159,7 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
         in_millions(samples.point * gathered), grid.nodes.size() + sensors.size(),
         options.error_estimate ? "; about a quarter more for the error estimate" : "");
     text += fmt::format(
-        "  time about {} of one core (form factors {}, interreflected light at points {}, direct light {})\n",
+        "  time about {} of one core (form factors {}, interreflected light at points {}, direct light {}; zones and grid apart)\n",
         in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds), in_time(f.direct_seconds));
     return text;
 }

@@ -227,3 +227,18 @@ TEST_CASE("a series knows of the sun on a pane from inside", "[sky_series]") {
     // Both take the sun in the same points of the pane, and the sky within the tolerance of 1e-3.
     CHECK(std::abs(found / grey_lx(expected.sensor_values[0].indirect_lx.total()) - 1.0) <= 1e-3);
 }
+
+TEST_CASE("the memory of a series grows with its sets of reflectances, as far as they are kept, and with colours", "[sky_series]") {
+    const Scene grey_room = closed_room({4, 5, 3}, 0.5, 0.3);
+    Scene coloured = grey_room;
+    coloured.materials[0].reflectance = {0.5, 0.4, 0.3};
+    const Building building = assemble(grey_room);
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 1.0});
+    const auto cost = [&](const Scene& scene, std::size_t sets) { return sky_series_cost(scene, grid, 100, sets, 1e5); };
+    CHECK(cost(grey_room, 1).bytes < cost(grey_room, 5).bytes);
+    CHECK(cost(grey_room, 5).bytes == cost(grey_room, 500).bytes);
+    CHECK(cost(coloured, 1).bytes > 2.0 * cost(grey_room, 1).bytes);
+    // A table of doubles [patch or node][reading] alone.
+    CHECK(cost(grey_room, 1).bytes > 8.0 * 100.0 * static_cast<double>(grid.nodes.size() + grid.gather_patch_count));
+    CHECK(cost(grey_room, 1).set_seconds > 0.0);
+}
