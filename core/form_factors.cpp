@@ -48,7 +48,9 @@ FormFactors collect_rows(const Visibility& visibility, std::size_t count, bool w
 /// the result nor the order of writes depends on the number of threads.
 SparseRows transpose(const FormFactors& f) {
     const std::size_t count = f.row_count();
-    constexpr std::size_t columns_per_task = 256;
+    // Enough tasks for many threads; more would read the rows ever more often.
+    constexpr std::size_t least_columns = 256, most_tasks = 128;
+    const std::size_t columns_per_task = std::max(least_columns, (count + most_tasks - 1) / most_tasks);
     const std::size_t tasks = (count + columns_per_task - 1) / columns_per_task;
 
     const auto for_each_in_task = [&](std::size_t task, const auto& visit) {
