@@ -405,6 +405,7 @@ const report_surfaces = (() => {
 
     const caster = new THREE.Raycaster();
     const read_at = (x, y) => {
+      camera.updateMatrixWorld();  // it may have moved since the last frame
       caster.setFromCamera({ x, y }, camera);
       const [hit] = caster.intersectObjects([indoor, windows, ...(state.outdoors ? [outdoor] : [])]);
       unmark(hit ? "" : "There is no surface that faces the room.");
