@@ -261,6 +261,8 @@ const report_surfaces = (() => {
     const centre = box.getCenter(new THREE.Vector3()), size = box.getSize(new THREE.Vector3()), radius = Math.max(0.1, size.length() / 2);
     const panes = Array.from(mesh.outlines.subarray(mesh.first[mesh.indoor_patches], mesh.first[mesh.gather_patches]), (vertex) => place_of(mesh, vertex));
     const normal_of = (corners) => corners.slice(2).reduce((sum, corner, k) => cross(minus(corners[k + 1], corners[0]), minus(corner, corners[0])).map((value, axis) => sum[axis] + value), [0, 0, 0]);
+    /** Distances to what a ray meets in the rooms. It starts some millimetres off: along the edges of patches, rays slip between triangles. */
+    const distances = (from, direction) => new THREE.Raycaster(from.clone().add(new THREE.Vector3(0.0013, 0.0017, 0.0023)), direction).intersectObject(indoor).map((hit) => hit.distance);
     /** The middle of the room over the largest floor, half as high as the room; of the scene, where nothing is a floor. */
     const room_middle = () => {
       const floors = new Map();
@@ -280,7 +282,7 @@ const report_surfaces = (() => {
       // The centroid of a floor with corners that turn inwards may lie outside of it.
       const start = new THREE.Vector3(...(away(nearest) <= nearest.radius ? centroid : nearest.middle));
       // A ceiling where people can stand, rather than the underside of a table.
-      const over = new THREE.Raycaster(start, new THREE.Vector3(0, 0, 1), 1e-3).intersectObject(indoor).map((hit) => hit.distance);
+      const over = distances(start, new THREE.Vector3(0, 0, 1));
       const height = over.find((distance) => distance >= 1.9) || over.at(-1) || 0;
       return start.setZ(start.z + height / 2);
     };
@@ -300,8 +302,8 @@ const report_surfaces = (() => {
         const start = middle_of_room ||= room_middle();
         const to = [0, 1, 2].map((axis) => panes.reduce((sum, pane) => sum + pane[axis], 0) / panes.length - start.getComponent(axis));
         const ahead = panes.length && Math.hypot(to[0], to[1]) > 0.01 ? new THREE.Vector3(to[0], to[1], 0).normalize() : new THREE.Vector3(0, -1, 0);
-        const [behind_us] = new THREE.Raycaster(start, ahead.clone().negate(), 1e-3).intersectObject(indoor);
-        camera.position.copy(start).addScaledVector(ahead, -0.7 * (behind_us ? behind_us.distance : 0));
+        const [room_behind = 0] = distances(start, ahead.clone().negate());
+        camera.position.copy(start).addScaledVector(ahead, -0.7 * room_behind);
         controls.target.copy(camera.position).addScaledVector(ahead, 0.01);
       }
       camera.fov = away ? 40 : 75;
