@@ -316,11 +316,11 @@ const report_surfaces = (() => {
     let waiting = 0;
     const render = () => {
       waiting = 0;
-      renderer.render(world, camera);
+      if (!context.isContextLost()) renderer.render(world, camera);
     };
     const render_soon = () => { waiting ||= requestAnimationFrame(render); };
     controls.addEventListener("change", render_soon);
-    canvas.addEventListener("webglcontextrestored", render_soon);
+    canvas.addEventListener("webglcontextrestored", render);
     canvas.addEventListener("wheel", (event) => {
       if (!focused || !inside()) return;
       event.preventDefault();
