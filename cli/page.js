@@ -39,6 +39,13 @@ const page = (() => {
   /** Without zeros at the end. */
   const plain = (value) => (finite(value) ? number(value, 4).replace(/(\.\d*?)0+(?=$|·)/, "$1").replace(/\.(?=$|·)/, "").replace(/^(−?)1·10/, "$110") : String(value));
   const with_unit = (text, unit) => (text === "–" ? text : text + "\u00a0" + unit);
+  /** A place on an axis that is divided by `step`: with the decimals of the step, far from zero, too. */
+  const stepped = (value, step) => {
+    const text = group_digits(Math.abs(value).toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
+    return value < 0 && /[1-9]/.test(text) ? "−" + text : text;
+  };
+  /** Metres to the millimetre, without zeros at the end. */
+  const metres_text = (value) => (finite(value) ? stepped(value, 0.001).replace(/\.?0+$/, "") : "–");
   const place_text = (place) => list(place).map((value) => (finite(value) ? value.toFixed(2).replace("-", "−") : "–")).join(", ");
   /** A setting, whatever its type. */
   const setting_text = (value) =>
@@ -77,7 +84,9 @@ const page = (() => {
     const body = rows.map((row) => element("tr", { class: row.class }, ...row.cells.map((cell, k) => k === 0
       ? element("th", { scope: "row" }, cell)
       : element("td", { class: columns[k].long ? "words long" : columns[k].words ? "words" : undefined }, cell))));
-    const made = element("table", {}, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...body));
+    const body_element = element("tbody");
+    for (const row of body) body_element.append(row);  // there may be more than a call takes arguments
+    const made = element("table", {}, element("caption", {}, caption), element("thead", {}, head), body_element);
     return element("div", { class: tall ? "scroll tall" : "scroll", tabindex: "0", role: "region", "aria-label": caption }, made);
   };
   const details = (summary, ...children) => element("details", {}, element("summary", {}, summary), ...children);
@@ -104,7 +113,9 @@ const page = (() => {
   /** A legend of viridis from 0 to `largest`: linear, or over three decades. cut: whether there are values beyond. */
   const show_scale = (bar, ticks, largest, unit, cut, logarithmic) => {
     bar.style.background = `linear-gradient(to right, ${viridis.map((_, k) => colour_of(viridis, k / (viridis.length - 1))).join(",")})`;
-    const values = logarithmic ? [0.001, 0.01, 0.1, 1].map((share) => share * largest) : round_steps(largest, 5);
+    let values = logarithmic ? [0.001, 0.01, 0.1, 1].map((share) => share * largest) : round_steps(largest, 5);
+    // The end is always told. A step just below it would run into its label.
+    if (values.at(-1) < 0.999 * largest) values = [...values.filter((value) => value <= 0.8 * largest), largest];
     ticks.replaceChildren(...values.map((value) => {
       const at = logarithmic ? 1 + Math.log10(value / largest) / 3 : value / largest, last = at > 0.999;
       const tick = element("span", {}, last ? `${cut ? "≥\u00a0" : ""}${with_unit(plain(value), unit)}` : plain(value));
@@ -112,11 +123,10 @@ const page = (() => {
       tick.style.transform = at < 1e-3 ? "none" : last ? "translateX(-100%)" : "";
       return tick;
     }));
-    if (!logarithmic && values.at(-1) < 0.999 * largest) ticks.lastChild.append(`\u00a0${unit}`);
   };
 
   return {
-    list, record, finite, bytes_of, number, signed, plain, with_unit, place_text, setting_text, element, svg, main, section, table,
+    list, record, finite, bytes_of, number, signed, plain, stepped, metres_text, with_unit, place_text, setting_text, element, svg, main, section, table,
     details, nothing, viridis, colour_of, round_up, round_steps, show_scale,
   };
 })();

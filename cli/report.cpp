@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <glm/vec2.hpp>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include "cli/little_endian.h"
 #include "cli/page_template.h"
 #include "cli/report_assets.h"
+#include "cli/storeys.h"
 #include "cli/svg_sheet.h"
 #include "core/sky_models.h"
 #include "core/tone_mapping.h"
@@ -18,6 +20,9 @@ namespace naturel {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+// A patch takes some 150 bytes of the page and several times that in a browser: pages with more would open slowly or not at all.
+constexpr std::size_t most_patches_of_model = 1'000'000;
 
 /// Numbers as base64 of little-endian bytes.
 template <class Number>
@@ -107,7 +112,7 @@ Json windows_json(const Result& result) {
 
 /// Walls and windows where a grid of sensors cuts them: rings and segments in plan, m.
 Json plan_json(const Result& result, double z_m) {
-    const PlaneFrame plane{{0, 0, z_m}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const PlaneFrame plane = plan_frame(z_m);
     Json rings = Json::array(), windows = Json::array();
     for (const Ring& ring : indoor_air_at_height(result.scene, z_m)) {
         Json points = Json::array();
@@ -132,13 +137,32 @@ Json plan_json(const Result& result, double z_m) {
     return {{"rings", rings}, {"windows", windows}};
 }
 
+/// The room of each sensor of a grid, as maps of sensors part them (cli/sensor_maps.cpp); -1 where a sensor is in none.
+Json rooms_json(const Result& result, std::size_t set_number) {
+    const SensorGrid& grid = *result.scene.sensors[set_number].grid;
+    const PlaneFrame plan = plan_frame(grid.z_m);
+    Region inner = indoor_air_at_height(result.scene, grid.z_m);
+    if (grid.margin_m > 0.0) inner = offset(inner, -grid.margin_m);
+    const std::vector<Region> rooms = connected_parts(inner);
+    Json numbers = Json::array();
+    for (const Sensor& sensor : result.solution.sensors) {
+        if (sensor.set != set_number) continue;
+        const PlanePoint place = plan.to_plane(sensor.point.position_m);
+        const auto room = std::ranges::find_if(rooms, [&](const Region& part) { return contains(part, place); });
+        numbers.push_back(room == rooms.end() ? -1 : static_cast<int>(room - rooms.begin()));
+    }
+    return numbers;
+}
+
 Json sets_json(const Result& result) {
     Json list = Json::array();
-    for (const SensorSet& set : result.scene.sensors) {
+    for (std::size_t s = 0; s < result.scene.sensors.size(); ++s) {
+        const SensorSet& set = result.scene.sensors[s];
         Json entry{{"id", set.id}};
         if (set.grid) {
             entry["grid"] = {{"z_m", set.grid->z_m}, {"spacing_m", set.grid->spacing_m}, {"margin_m", set.grid->margin_m}};
             entry["plan"] = plan_json(result, set.grid->z_m);
+            entry["rooms"] = rooms_json(result, s);
         }
         list.push_back(entry);
     }
@@ -170,6 +194,7 @@ std::string report_html(const Result& result, const SurfaceMesh& mesh, std::stri
     Json pictures_json = Json::array();
     for (const ReportPicture& picture : pictures)
         pictures_json.push_back({{"view", picture.view}, {"file", picture.file}, {"png", base64(picture.png)}});
+    const bool has_model = result.grid.patches.size() <= most_patches_of_model;
     const std::string data = script_text({{"summary", summary},
                                           {"sky_words", sky_model(result.scene.sky).summary},
                                           {"north_rad", result.scene.north_rad},
@@ -179,7 +204,8 @@ std::string report_html(const Result& result, const SurfaceMesh& mesh, std::stri
                                           {"sets", sets_json(result)},
                                           {"sensors_csv", base64(sensors)},
                                           {"pictures", pictures_json},
-                                          {"mesh", mesh_json(result, mesh)}});
+                                          {"mesh", has_model ? mesh_json(result, mesh) : Json()},
+                                          {"most_patches_of_model", most_patches_of_model}});
     const std::string scene = xml_text(text_below(summary, {"scene", result.scene.name.empty() ? "file" : "name"}));
     const std::string backend = xml_text(result.visibility.name());
     const std::string words = xml_text(headline(summary)), title = scene + " · naturel";

@@ -51,8 +51,8 @@
   if (report.pictures.length) {
     const part = section("pictures", "Pictures"), frame = element("div", { class: "pictures" });
     for (const { view, file, png } of report.pictures) {
-      const shown = record(list(summary.views).find(({ id }) => id === view)), false_colour = file.includes("false_colour");
-      const note = false_colour ? "false colour" : finite(shown.png_white_cd_m2) ? `natural colours; ${with_unit(number(shown.png_white_cd_m2), "cd/m²")} is white` : "natural colours";
+      const shown = record(list(summary.views).find(({ id }) => id === view)), false_colour = file.startsWith("views/false_colour/");
+      const note = false_colour ? "false colour" : shown.png_tone_mapping && shown.png_tone_mapping !== "linear" ? `natural colours, tone mapping “${shown.png_tone_mapping}”` : finite(shown.png_white_cd_m2) ? `natural colours; ${with_unit(number(shown.png_white_cd_m2), "cd/m²")} is white` : "natural colours";
       frame.append(element("figure", {}, element("figcaption", {}, view, element("span", {}, note)), element("img", { src: "data:image/png;base64," + png, alt: `View “${view}” in ${note}` })));
     }
     part.append(frame);

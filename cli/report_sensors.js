@@ -1,7 +1,11 @@
 "use strict";
 // What a report says of each set of sensors: statistics, origin of the light, plan in false colour with isolines, section.
 const report_sensors = (() => {
-  const { list, record, finite, bytes_of, number, with_unit, place_text, plain, element, svg, section, table, details, nothing, viridis, colour_of, round_up, round_steps, show_scale } = page;
+  const { list, record, finite, bytes_of, number, with_unit, place_text, plain, stepped, metres_text, element, svg, section, table, details, nothing, viridis, colour_of, round_up, round_steps, show_scale } = page;
+
+  // Longer tables are slow, and nobody reads them here.
+  const most_rows = 2500;
+  const has_keys_of_browser = (event) => event.ctrlKey || event.metaKey || event.altKey;
 
   /** Rows of a table with commas and quotes, as objects by column. */
   const parse_csv = (text) => {
@@ -53,34 +57,24 @@ const report_sensors = (() => {
     return point;
   });
 
-  /** Points of a grid by room: each room has a lattice of its own. {x0, y0, columns, rows, at: [row][column] -> point} */
+  const least = (values) => values.reduce((least, value) => Math.min(least, value), Infinity);
+  const most = (values) => values.reduce((most, value) => Math.max(most, value), -Infinity);
+
+  /** Points of a grid by room: each room has a lattice of its own. {x0, y0, columns, rows, at: [row][column] -> point, members} */
   const lattices_of = (points, spacing) => {
-    const key = (x, y) => `${Math.round(x * 1000)} ${Math.round(y * 1000)}`;
-    const left = new Map(points.map((point) => [key(point.x_m, point.y_m), point])), found = [];
-    for (const start of points) {
-      if (!left.has(key(start.x_m, start.y_m))) continue;
-      const members = [], waiting = [start];
-      left.delete(key(start.x_m, start.y_m));
-      while (waiting.length) {
-        const point = waiting.pop();
-        members.push(point);
-        for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]])
-          // A point that was lifted off a wall is some micrometres away.
-          for (const near of [0, 1, -1].flatMap((i) => [0, 1, -1].map((j) => key(point.x_m + dx * spacing + i / 1000, point.y_m + dy * spacing + j / 1000)))) {
-            const next = left.get(near);
-            if (!next) continue;
-            left.delete(near);
-            waiting.push(next);
-          }
-      }
-      const x0 = Math.min(...members.map((point) => point.x_m)), y0 = Math.min(...members.map((point) => point.y_m));
+    const rooms = new Map();
+    for (const point of points) {
+      if (!rooms.has(point.room)) rooms.set(point.room, []);
+      rooms.get(point.room).push(point);
+    }
+    return [...rooms.values()].map((members) => {
+      const x0 = least(members.map((point) => point.x_m)), y0 = least(members.map((point) => point.y_m));
       const column = (point) => Math.round((point.x_m - x0) / spacing), row = (point) => Math.round((point.y_m - y0) / spacing);
-      const columns = 1 + Math.max(...members.map(column)), rows = 1 + Math.max(...members.map(row));
+      const columns = 1 + most(members.map(column)), rows = 1 + most(members.map(row));
       const at = Array.from({ length: rows }, () => new Array(columns));
       for (const point of members) at[row(point)][column(point)] = point;
-      found.push({ x0, y0, columns, rows, at, members });
-    }
-    return found;
+      return { x0, y0, columns, rows, at, members };
+    });
   };
 
   /** Lines of one level through a lattice, as lists of places in the plane: marching squares. */
@@ -181,7 +175,7 @@ const report_sensors = (() => {
     for (const [key, , colour] of names) {
       if (!(mean[key] > 0)) continue;
       const piece = element("span");
-      piece.style.cssText = `background: ${colour}; flex: ${mean[key]} 1 0`;
+      piece.style.cssText = `background: ${colour}; flex: ${(100 * mean[key]) / total} 1 0`;
       bar.append(piece);
     }
     const swatch = (colour) => {
@@ -230,18 +224,20 @@ const report_sensors = (() => {
     // The main axis is the longer one; rows run along it.
     const along = high[0] - low[0] >= high[1] - low[1] ? "x" : "y", across = along === "x" ? "y" : "x";
     const largest_room = lattices.reduce((a, b) => (b.members.length > a.members.length ? b : a));
-    const rows = [...new Set(largest_room.members.map((point) => Math.round(point[across + "_m"] * 1000) / 1000))].sort((a, b) => a - b);
+    const rows = Array.from({ length: across === "x" ? largest_room.columns : largest_room.rows }, (_, k) => largest_room[across + "0"] + k * spacing);
     state.row = rows[(rows.length - 1) >> 1];
     const row_choice = element("select", {}, ...rows.map((row) => element("option", { value: row }, `${across} = ${row.toFixed(2)} m`)));
     row_choice.value = state.row;
     row_choice.addEventListener("change", () => {
       state.row = Number(row_choice.value);
-      update();
+      paint();
+      paint_section();
     });
     const section_caption = element("figcaption"), section_frame = element("div", { class: "plan-frame" });
     part.append(element("div", { class: "settings" }, element("label", {}, "Section along the row", row_choice)), element("figure", {}, section_caption, section_frame), values_frame);
 
     let largest = 1, to_plane = () => [0, 0];
+    const fits = (lattice) => lattice.members.length <= most_rows;
     const value_at = (point) => point[state.quantity.key];
     const paint = () => {
       const { key, name, unit, levels = lux_levels } = state.quantity;
@@ -253,7 +249,7 @@ const report_sensors = (() => {
       const height = inner[1] + 2 * edge + foot;
       const x_of = (x) => left + (x - low[0]) * metre, y_of = (y) => edge + (high[1] - y) * metre;
       to_plane = (x, y) => [low[0] + (x * width - left) / metre, high[1] - (y * height - edge) / metre];
-      const drawing = svg("svg", { class: "drawing", viewBox: `0 0 ${width.toFixed(1)} ${height.toFixed(1)}`, role: "img", "aria-label": `${name} in plan, ${unit}; the tables hold the numbers` });
+      const drawing = svg("svg", { class: "drawing", viewBox: `0 0 ${width.toFixed(1)} ${height.toFixed(1)}`, role: "img", "aria-label": `${name} in plan, ${unit}; ${lattices.every(fits) ? "the tables hold" : "sensors.csv holds"} the numbers` });
       const outline = rings.map((ring) => `M${ring.map(([x, y]) => `${x_of(x).toFixed(1)} ${y_of(y).toFixed(1)}`).join("L")}Z`).join("");
       const clip = `clip-${part.id}`;
       if (outline) drawing.append(svg("clipPath", { id: clip }, svg("path", { d: outline, "clip-rule": "evenodd" })));
@@ -291,7 +287,7 @@ const report_sensors = (() => {
             if (!finite(value_at(point)) || (i - (stride >> 1)) % stride || (j - (stride >> 1)) % stride) continue;
             const [x, y] = [x_of(point.x_m), y_of(point.y_m)];
             if (labels.some((label) => Math.abs(label[0] - x) < 26 && Math.abs(label[1] - y) < 13)) continue;
-            const text = svg("text", { class: "value", x, y: y + 3.5, style: `fill: ${value_at(point) / largest > 0.55 ? "#14181c" : "#fff"}` }, short(value_at(point), unit));
+            const text = svg("text", { class: "value", x, y: y + 3.5, style: `fill: ${value_at(point) / largest > 0.46 ? "#14181c" : "#fff"}` }, short(value_at(point), unit));
             drawing.append(text);
           }
       }
@@ -308,20 +304,22 @@ const report_sensors = (() => {
       const pointed = points[state.cursor];
       if (pointed) drawing.append(svg("circle", { class: "cursor", cx: x_of(pointed.x_m), cy: y_of(pointed.y_m), r: Math.max(5, 0.4 * spacing * metre) }));
       frame.replaceChildren(drawing);
-      caption.replaceChildren(`${name}, ${unit} `, element("span", {}, `${plain(set.grid.z_m)} m above zero, points every ${plain(spacing)} m; dashed: the section below${windows.length ? "; blue: windows" : ""}`));
+      caption.replaceChildren(`${name}, ${unit} `, element("span", {}, `z = ${metres_text(set.grid.z_m)} m, points every ${metres_text(spacing)} m; dashed: the section below${windows.length ? "; blue: windows" : ""}`));
       show_scale(bar, ticks, largest, unit, all.at(-1) > largest);
     };
     const paint_section = () => {
       const { key, name, unit, limits } = state.quantity;
       const row = points.filter((point) => Math.abs(point[across + "_m"] - state.row) < 0.002 && finite(point[key])).sort((a, b) => a[along + "_m"] - b[along + "_m"]);
       section_caption.replaceChildren(`${name} along ${along} `, element("span", {}, `at ${across} = ${state.row.toFixed(2)} m, ${unit}`));
-      section_frame.replaceChildren(draw_curve(row.map((point) => [point[along + "_m"], point[key]]), `${along}, m`, unit, limits, 1.5 * spacing, section_frame.clientWidth, `${name} along the section`));
+      section_frame.replaceChildren(draw_curve(row.map((point) => [point[along + "_m"], point[key], point.room]), `${along}, m`, unit, limits, 1.5 * spacing, section_frame.clientWidth, `${name} along the section`));
     };
     const paint_values = () => {
       const { key, name, unit } = state.quantity;
-      values_frame.replaceChildren(...lattices.filter((lattice) => lattice.members.length <= 2500).map((lattice, k) => details(`Values of ${name.toLowerCase()}, ${unit}, as a table${lattices.length > 1 ? `, room ${k + 1}` : ""}`,
+      const open = Array.from(values_frame.children, (made) => made.open);
+      values_frame.replaceChildren(...lattices.map((lattice, k) => !fits(lattice) ? too_many(`${lattices.length > 1 ? `Room ${k + 1}` : "The grid"} has ${lattice.members.length} points`) : details(`Values of ${name.toLowerCase()}, ${unit}, as a table${lattices.length > 1 ? `, room ${k + 1}` : ""}`,
         table(`${name}, ${unit}: columns are x, rows are y, m`, [{ head: "y \\ x" }, ...Array.from({ length: lattice.columns }, (_, i) => ({ head: (lattice.x0 + i * spacing).toFixed(2) }))],
           Array.from({ length: lattice.rows }, (_, n) => lattice.rows - 1 - n).map((j) => ({ cells: [(lattice.y0 + j * spacing).toFixed(2), ...Array.from({ length: lattice.columns }, (_, i) => short(lattice.at[j][i]?.[key], unit) || "–")] })), true))));
+      Array.from(values_frame.children, (made, k) => { made.open = open[k]; });
     };
     const read = (index) => {
       if (index < 0) return;
@@ -340,6 +338,7 @@ const report_sensors = (() => {
       read(nearest(to_plane((event.clientX - area.left) / area.width, (event.clientY - area.top) / area.height)));
     });
     frame.addEventListener("keydown", (event) => {
+      if (has_keys_of_browser(event)) return;
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
       if (!step) return;
       event.preventDefault();
@@ -361,24 +360,25 @@ const report_sensors = (() => {
     }).observe(frame);
   };
 
+  const too_many = (text) => element("p", { class: "note" }, `${text}, too many for a table here: sensors.csv holds their values.`);
   const point_words = (point) => (finite(point.total_lx)
     ? `${with_unit(number(point.total_lx, 4), "lx")}: sky ${number(point.sky_lx)}, sun ${number(point.sun_lx)}, ground ${number(point.erc_ground_lx)}, buildings ${number(point.erc_buildings_lx)}, interreflection ${number(point.irc_lx)}` +
       (finite(point.daylight_factor_percent) ? `; daylight factor ${with_unit(number(point.daylight_factor_percent), "%")}.` : ".")
     : "The point lies in a solid and has no value.");
 
-  /** A curve with its points. It is interrupted where neighbours are farther apart than `gap`. */
+  /** A curve with its points. spots: [place, value, room]. It is interrupted where neighbours are farther apart than `gap` or in two rooms. */
   const draw_curve = (spots, axis_name, unit, limits, gap, client_width, words) => {
     if (spots.length < 2) return nothing("This row has fewer than two points.");
     const width = Math.max(280, client_width || 640), height = Math.min(280, 0.5 * width + 60), left = 46, right = 44, top = 12, bottom = 34;
-    const largest = round_up(Math.max(...spots.map(([, value]) => value))), first = spots[0][0], last = spots.at(-1)[0];
+    const largest = round_up(most(spots.map(([, value]) => value))), first = spots[0][0], last = spots.at(-1)[0];
     const x_of = (x) => left + ((x - first) / (last - first)) * (width - left - right), y_of = (y) => height - bottom - (y / largest) * (height - top - bottom);
     const drawing = svg("svg", { class: "drawing", viewBox: `0 0 ${width.toFixed(1)} ${height.toFixed(1)}`, role: "img", "aria-label": `${words}: ${spots.map(([x, y]) => `${short(y, unit)} ${unit} at ${x.toFixed(2)} m`).join("; ").slice(0, 900)}` });
     for (const value of round_steps(largest, 5)) drawing.append(svg("line", { class: "lattice", x1: left, x2: width - right, y1: y_of(value), y2: y_of(value) }), svg("text", { class: "quiet", x: left - 6, y: y_of(value) + 4, "text-anchor": "end" }, plain(value)));
-    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((metres) => (metres / (last - first)) * (width - left - right) > 44) || 100;
-    for (let x = Math.ceil(first / step - 1e-9) * step; x <= last + 1e-9; x += step) drawing.append(svg("line", { class: "axis", x1: x_of(x), x2: x_of(x), y1: height - bottom, y2: height - bottom + 4 }), svg("text", { class: "quiet", x: x_of(x), y: height - bottom + 16, "text-anchor": "middle" }, plain(Math.round(x / step) * step)));
+    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((metres) => (metres / (last - first)) * (width - left - right) > Math.max(44, 10 + 6.2 * stepped(last, metres).length)) || 100;
+    for (let x = Math.ceil(first / step - 1e-9) * step; x <= last + 1e-9; x += step) drawing.append(svg("line", { class: "axis", x1: x_of(x), x2: x_of(x), y1: height - bottom, y2: height - bottom + 4 }), svg("text", { class: "quiet", x: x_of(x), y: height - bottom + 16, "text-anchor": "middle" }, stepped(Math.round(x / step) * step, step)));
     drawing.append(svg("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }), svg("text", { class: "quiet", x: width - right, y: height - 4, "text-anchor": "end" }, axis_name), svg("text", { class: "quiet", x: left + 6, y: top + 8 }, unit));
     for (const limit of limits) if (limit < largest) drawing.append(svg("line", { class: "limit", x1: left, x2: width - right, y1: y_of(limit), y2: y_of(limit) }), svg("text", { x: width - right + 4, y: y_of(limit) + 4 }, `${plain(limit)}\u00a0${unit}`));
-    drawing.append(svg("path", { class: "curve", d: spots.map(([x, y], k) => `${k === 0 || x - spots[k - 1][0] > gap ? "M" : "L"}${x_of(x).toFixed(1)} ${y_of(y).toFixed(1)}`).join("") }));
+    drawing.append(svg("path", { class: "curve", d: spots.map(([x, y], k) => `${k === 0 || x - spots[k - 1][0] > gap || spots[k][2] !== spots[k - 1][2] ? "M" : "L"}${x_of(x).toFixed(1)} ${y_of(y).toFixed(1)}`).join("") }));
     for (const [x, y] of spots) drawing.append(svg("circle", { class: "spot", cx: x_of(x), cy: y_of(y), r: 3 }));
     return drawing;
   };
@@ -386,7 +386,7 @@ const report_sensors = (() => {
   /** Single points: a table, and a curve where they stand in a line. */
   const draw_points = (part, points) => {
     const seen = points.filter((point) => finite(point.total_lx));
-    part.append(table("Points", [{ head: "Point" }, { head: "x, y, z, m" }, { head: "Daylight factor, %" }, { head: "Total, lx" }, { head: "Sky" }, { head: "Sun" }, { head: "ERC" }, { head: "IRC" }],
+    part.append(points.length > most_rows ? too_many(`The set has ${points.length} points`) : table("Points", [{ head: "Point" }, { head: "x, y, z, m" }, { head: "Daylight factor, %" }, { head: "Total, lx" }, { head: "Sky" }, { head: "Sun" }, { head: "ERC" }, { head: "IRC" }],
       points.map((point) => ({ cells: [point.id, place_text([point.x_m, point.y_m, point.z_m]), number(point.daylight_factor_percent), number(point.total_lx), number(point.sky_lx), number(point.sun_lx), number(point.erc_lx), number(point.irc_lx)] })), points.length > 20));
     if (seen.length < 3) return;
     const place = (point) => [point.x_m, point.y_m, point.z_m], start = place(seen[0]), span = place(seen.at(-1)).map((value, k) => value - start[k]), length = Math.hypot(...span);
@@ -396,7 +396,7 @@ const report_sensors = (() => {
     const quantity = quantities.find(({ key }) => seen.every((point) => finite(point[key])));
     const frame = element("div", { class: "plan-frame" });
     part.append(element("figure", {}, element("figcaption", {}, `${quantity.name} along the points `, element("span", {}, `from the first point on, ${quantity.unit}`)), frame));
-    const paint = () => frame.replaceChildren(draw_curve(seen.map((point) => [along(point), point[quantity.key]]), "distance, m", quantity.unit, quantity.limits, Infinity, frame.clientWidth, quantity.name));
+    const paint = () => frame.replaceChildren(draw_curve(seen.map((point) => [along(point), point[quantity.key], 0]), "distance, m", quantity.unit, quantity.limits, Infinity, frame.clientWidth, quantity.name));
     paint();
     let width = frame.clientWidth;
     new ResizeObserver(() => {
@@ -406,18 +406,34 @@ const report_sensors = (() => {
     }).observe(frame);
   };
 
+  const draw_set = (part, points, set, summary, report) => {
+    if (!points.length) {
+      part.append(nothing("The set has no points."));
+      return;
+    }
+    draw_statistics(part, points, summary, Boolean(set.grid));
+    if (set.grid && points.some((point) => finite(point.total_lx))) draw_plan(part, points, set, report.north_rad, set.id);
+    else if (!set.grid) draw_points(part, points);
+  };
+
   const draw = (report) => {
     const rows = parse_csv(new TextDecoder().decode(bytes_of(report.sensors_csv))), by_set = new Map();
-    for (const row of rows) by_set.set(row.set, [...(by_set.get(row.set) || []), row]);
+    for (const row of rows) {
+      if (!by_set.has(row.set)) by_set.set(row.set, []);
+      by_set.get(row.set).push(row);
+    }
     report.sets.forEach((set, k) => {
       const points = points_of(by_set.get(set.id) || []), summary = record(list(report.summary.sensor_sets)[k]);
-      const part = section(`sensors-${k + 1}`, `Sensors: ${set.id}`, `${points.length} points${set.grid ? `, a horizontal grid every ${plain(set.grid.spacing_m)} m at z = ${plain(set.grid.z_m)} m` : ""}.` +
+      points.forEach((point, n) => { point.room = list(set.rooms)[n]; });
+      const part = section(`sensors-${k + 1}`, `Sensors: ${set.id}`, `${points.length} points${set.grid ? `, a horizontal grid every ${metres_text(set.grid.spacing_m)} m at z = ${metres_text(set.grid.z_m)} m` : ""}.` +
         (summary.points_in_solid > 0 ? ` ${summary.points_in_solid} of them lie in a solid and have no values.` : "") + (summary.points_outdoors > 0 ? ` ${summary.points_outdoors} of them lie outdoors.` : ""));
-      if (!points.length) return part.append(nothing("The set has no points."));
-      draw_statistics(part, points, summary, Boolean(set.grid));
-      if (set.grid && points.some((point) => finite(point.total_lx))) draw_plan(part, points, set, report.north_rad, set.id);
-      else if (!set.grid) draw_points(part, points);
-      return undefined;
+      // What cannot be shown shall not take the rest of the page with it.
+      try {
+        draw_set(part, points, set, summary, report);
+      } catch (error) {
+        console.error(error);
+        part.append(nothing(`The rest of this set cannot be shown here (${error.message}): sensors.csv holds its values.`));
+      }
     });
   };
   return draw;
