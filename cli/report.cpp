@@ -11,6 +11,7 @@
 #include "cli/little_endian.h"
 #include "cli/page_template.h"
 #include "cli/report_assets.h"
+#include "cli/sensor_maps.h"
 #include "cli/storeys.h"
 #include "cli/svg_sheet.h"
 #include "core/sky_models.h"
@@ -137,13 +138,11 @@ Json plan_json(const Result& result, double z_m) {
     return {{"rings", rings}, {"windows", windows}};
 }
 
-/// The room of each sensor of a grid, as maps of sensors part them (cli/sensor_maps.cpp); -1 where a sensor is in none.
+/// The room of each sensor of a grid; -1 where a sensor is in none.
 Json rooms_json(const Result& result, std::size_t set_number) {
     const SensorGrid& grid = *result.scene.sensors[set_number].grid;
     const PlaneFrame plan = plan_frame(grid.z_m);
-    Region inner = indoor_air_at_height(result.scene, grid.z_m);
-    if (grid.margin_m > 0.0) inner = offset(inner, -grid.margin_m);
-    const std::vector<Region> rooms = connected_parts(inner);
+    const std::vector<Region> rooms = rooms_of(indoor_air_at_height(result.scene, grid.z_m), grid);
     Json numbers = Json::array();
     for (const Sensor& sensor : result.solution.sensors) {
         if (sensor.set != set_number) continue;

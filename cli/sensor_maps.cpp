@@ -65,9 +65,7 @@ struct Lattice {
 
 std::vector<Lattice> lattices_of(const Cells& cells, const std::vector<double>& values, const Region& indoor, const PlaneFrame& plan) {
     std::vector<Lattice> lattices;
-    Region inner = indoor;
-    if (cells.set.grid->margin_m > 0.0) inner = offset(inner, -cells.set.grid->margin_m);
-    for (const Region& room : connected_parts(inner)) {
+    for (const Region& room : rooms_of(indoor, *cells.set.grid)) {
         std::vector<std::size_t> inside;
         PlaneExtent extent_m;
         for (std::size_t k = 0; k < values.size(); ++k) {
@@ -264,6 +262,10 @@ std::string draw_map(const Result& result, const Cells& cells, const Shown& show
 }
 
 }  // namespace
+
+std::vector<Region> rooms_of(const Region& indoor, const SensorGrid& grid) {
+    return connected_parts(grid.margin_m > 0.0 ? offset(indoor, -grid.margin_m) : indoor);
+}
 
 std::vector<SensorMap> draw_sensor_maps(const Result& result, const std::vector<SensorSetStatistics>& sets) {
     std::vector<std::string> ids;

@@ -17,4 +17,7 @@ struct SensorMap {
 /// 50 000 points. sets: [Scene::sensors].
 std::vector<SensorMap> draw_sensor_maps(const Result& result, const std::vector<SensorSetStatistics>& sets);
 
+/// The rooms that a grid of sensors falls into: connected parts of the air at its height, less its margin.
+std::vector<Region> rooms_of(const Region& indoor, const SensorGrid& grid);
+
 }  // namespace naturel
