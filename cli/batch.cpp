@@ -72,7 +72,10 @@ private:
 class BatchRun {
 public:
     BatchRun(const BatchOptions& options, const Study& study, RunOptionSets& sets, const StudyJobs& jobs, RecordFile& records, JobProgress& progress)
-        : options_(options), study_(study), sets_(sets), jobs_(jobs), records_(records), progress_(progress) {}
+        : options_(options), study_(study), sets_(sets), jobs_(jobs), records_(records), progress_(progress), jobs_of_set_(jobs.sets, 0) {
+        for (const StudyJob& job : jobs.jobs)
+            if (job.invalid.empty()) ++jobs_of_set_[job.set];
+    }
 
     /// pending: jobs that are not finished, those of a group together. known: what the folder holds already.
     void compute(std::span<const std::size_t> pending, const FinishedJobs& known) {
@@ -96,7 +99,7 @@ public:
 
 private:
     PendingJob pending_job(std::size_t job) {
-        return {jobs_.jobs[job].key, input_of(study_, jobs_.jobs[job], sets_)};
+        return {jobs_.jobs[job].key, input_of(study_, jobs_.jobs[job], sets_), jobs_of_set_[jobs_.jobs[job].set]};
     }
 
     void done(const std::vector<std::string>& records, std::size_t jobs) {
@@ -174,6 +177,7 @@ private:
     const StudyJobs& jobs_;
     RecordFile& records_;
     JobProgress& progress_;
+    std::vector<std::size_t> jobs_of_set_;
     ChunkSize chunk_;
 };
 
@@ -181,14 +185,18 @@ private:
 std::vector<GroupForecast> forecast_groups(const Study& study, RunOptionSets& sets, const StudyJobs& jobs, const Progress& progress) {
     std::vector<GroupForecast> groups(jobs.group_keys.size());
     std::vector<std::set<std::size_t>> sets_of(groups.size());
-    for (const StudyJob& job : jobs.jobs)
-        if (job.invalid.empty()) sets_of[job.group].insert(job.set);
+    std::vector<std::size_t> jobs_of(groups.size(), 0);
+    for (const StudyJob& job : jobs.jobs) {
+        if (!job.invalid.empty()) continue;
+        sets_of[job.group].insert(job.set);
+        ++jobs_of[job.group];
+    }
     std::vector<bool> seen(groups.size(), false);
     for (const StudyJob& job : jobs.jobs) {
         if (!job.invalid.empty() || seen[job.group]) continue;
         seen[job.group] = true;
         try {
-            groups[job.group] = forecast_group(input_of(study, job, sets), sets_of[job.group].size(), study.keep.images, progress);
+            groups[job.group] = forecast_group(input_of(study, job, sets), jobs_of[job.group], sets_of[job.group].size(), study.keep.images, progress);
         } catch (const InputError&) {
             // So will the job. Every machine finds that; what is a fault of one machine must not let it cut the row elsewhere.
         }

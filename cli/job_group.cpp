@@ -55,13 +55,15 @@ DaylightSolution JobGroup::solve(const Scene& variant, Progress& progress) const
 
 std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& jobs, bool keep_sensors, Progress& progress) {
     std::vector<Scene> variants;
+    std::vector<std::size_t> alike;
     for (const PendingJob& job : jobs) {
+        alike.push_back(job.alike);
         variants.push_back(job.input.scene);
         variants.back().grid.spacing_m = prepared_.scene.grid.spacing_m;  // where the scene left it to the preset
     }
     std::vector<DaylightSolution> solutions;
     if (series_)
-        solutions = series_->solve(variants, progress);
+        solutions = series_->solve(variants, alike, progress);
     else
         for (const Scene& variant : variants) solutions.push_back(solve(variant, progress));
     std::vector<std::string> records;
@@ -94,7 +96,7 @@ std::vector<std::string> records_with_pictures(const PendingJob& job, const std:
     return records;
 }
 
-GroupForecast forecast_group(const JobInput& any, std::size_t sets, bool pictures, const Progress& progress) {
+GroupForecast forecast_group(const JobInput& any, std::size_t jobs, std::size_t sets, bool pictures, const Progress& progress) {
     JobInput plain = any;
     plain.scene.grid.zones = false;  // they take time and change little
     const PreparedScene prepared = prepare_without_sun(plain, progress);
@@ -113,10 +115,11 @@ GroupForecast forecast_group(const JobInput& any, std::size_t sets, bool picture
         group.job_seconds += f.direct_seconds + f.gather_seconds + 2.5e-8 * f.usual_entries;
         return group;
     }
-    const SkySeriesCost series = sky_series_cost(prepared.scene, prepared.grid, sensors, sets, f.usual_entries);
+    const SkySeriesCost series = sky_series_cost(prepared.scene, prepared.grid, sensors, sets, jobs / std::max<std::size_t>(sets, 1), f.usual_entries);
     group.bytes += series.bytes;
     group.first_seconds = f.form_factor_seconds + f.gather_seconds;
     group.set_seconds = series.set_seconds;
+    group.job_seconds += series.variant_seconds;
     return group;
 }
 

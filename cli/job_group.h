@@ -15,6 +15,7 @@ namespace naturel {
 struct PendingJob {
     std::string key;
     JobInput input;
+    std::size_t alike = 0;  ///< jobs of the study with the same set, see SkySeries::solve()
 };
 
 /// What the jobs of a group share: assembly, grid, visibility, form factors, and all that SkySeries works out once.
@@ -54,7 +55,7 @@ struct GroupForecast {
     double set_seconds = 0.0;    ///< before the first job of each set of reflectances, glazings and divisions of the sky
     double job_seconds = 0.0;    ///< of each job
 };
-/// sets: how many its jobs have.
-GroupForecast forecast_group(const JobInput& any, std::size_t sets, bool pictures, const Progress& progress);
+/// jobs, sets: how many it has.
+GroupForecast forecast_group(const JobInput& any, std::size_t jobs, std::size_t sets, bool pictures, const Progress& progress);
 
 }  // namespace naturel

@@ -35,6 +35,10 @@ constexpr RaySpacing sensor_rays{.sky = 0.05, .surfaces = 0.1}, node_rays{.sky =
 /// Of tables whose luminance jumps.
 constexpr RaySpacing sensor_rays_of_steps{.sky = 0.02, .surfaces = 0.1}, node_rays_of_steps{.sky = 0.05, .surfaces = 0.2};
 
+/// A set is solved forwards where it has fewer variants than columns of its importance (bands x readings) over this: one variant
+/// takes the time of so many columns (16 in the test room, 22 in the furnished office).
+constexpr std::size_t columns_of_a_variant = 20;
+
 /// Sets of reflectances and glazings, and divisions of the sky, that are kept at a time.
 constexpr std::size_t most_kept = 4;
 
@@ -415,15 +419,10 @@ struct SkySeries::Implementation {
         return light.corner_luminance_cd_m2[surfaces.nodes[column - columns.face(0)].corner];
     }
 
-    /// Direct light of the sun on patches, and by interreflection on readings: [band][reading], added to `sums`.
-    void add_sun(const Scene& scene, const OutdoorLight& light, const ApertureOutlook& apertures, const Interreflection& inter,
-                 std::span<double> sums) const {
+    /// Calls add(patch, mean_lx) with the direct light of the sun on patches, panes included where that matters.
+    template <class Add>
+    void for_each_sunlit(const Scene& scene, const OutdoorLight& light, const ApertureOutlook& apertures, const Add& add) const {
         const SunBeam sun{light.sun_direction, light.direct_normal_illuminance_lx, light.sun_colour};
-        const auto add = [&](PatchId patch, const Band3& mean_lx) {
-            for (std::size_t b = 0; b < 3; ++b)
-                add_scaled(of_band(mean_lx, b), inter.importance.of(index(patch), inter.bands == 3 ? b : 0),
-                           sums.data() + b * readings.count());
-        };
         for (const SunOnPatches::LitPatch& lit : sun_on_patches.lit_by(scene, sun)) add(lit.patch, lit.mean_lx);
         for (std::size_t p = grid.indoor_patch_count; p < grid.gather_patch_count; ++p) {
             const Patch& patch = grid.patches[p];
@@ -439,34 +438,17 @@ struct SkySeries::Implementation {
         }
     }
 
-    /// Solves up to lane_count variants of one set of surfaces and glazings and one division of the sky.
-    void solve_block(std::span<InWork> block, const ApertureOutlook& apertures, const SkyDirections& sky, const RowsThroughGlazings& rows,
-                     const Interreflection& inter, const IndirectRows& indirect) const {
-        const std::size_t reading_count = readings.count();
-        std::vector<Variants> sensor_sky(sky.sensors.size()), node_sky(sky.nodes.size());
-        for (std::size_t lane = 0; lane < block.size(); ++lane) {
-            const Sky& own = block[lane].solution.outdoors.sky;
-            for (const std::uint32_t k : rows.sensor_directions) sensor_sky[k][lane] = own.luminance(sky.sensors.direction(k)).value;
-            for (const std::uint32_t k : rows.node_directions) node_sky[k][lane] = own.luminance(sky.nodes.direction(k)).value;
-        }
-        std::vector<Variants> surface_sky(rows.outdoor_surfaces.sky.count());
-        for (std::size_t n = 0; n < surface_sky.size(); ++n) surface_sky[n] = multiply(rows.outdoor_surfaces.sky, n, 0, node_sky);
-        // Outdoor surfaces: [band of sky's light, then of others'][column]
+    /// What lights a block: luminance of directions, and of outdoor surfaces [band of sky's light, then of others'][column].
+    struct Lights {
+        std::vector<Variants> node_sky;
         std::array<std::vector<Variants>, 6> outdoor_luminance;
-        for (auto& channel : outdoor_luminance) channel.resize(columns.size());
-        for (std::size_t lane = 0; lane < block.size(); ++lane) {
-            OutdoorLight& light = block[lane].solution.outdoors;
-            if (!surface_sky.empty()) light_outdoor_surfaces(block[lane].scene, rows, surface_sky, lane, light);
-            for (const std::uint32_t column : rows.outdoor_columns) {
-                const LightBySource luminance = luminance_of(light, column);
-                for (std::size_t band = 0; band < 3; ++band) {
-                    outdoor_luminance[band][column][lane] = of_band(luminance.sky, band);
-                    outdoor_luminance[3 + band][column][lane] = of_band(luminance.other, band);
-                }
-            }
-        }
+    };
 
-        // Interreflection.
+    /// The interreflected light on sensors, from what they owe to it.
+    void reflect_by_importance(std::span<InWork> block, const ApertureOutlook& apertures, const Lights& lights, const Interreflection& inter,
+                               const IndirectRows& indirect) const {
+        const auto& [node_sky, outdoor_luminance] = lights;
+        const std::size_t reading_count = readings.count();
         std::vector<Variants> by_sky(indirect.bands * reading_count), compact;
         for (const std::uint32_t k : indirect.sky.columns) compact.push_back(node_sky[k]);
         multiply(indirect.sky.value, compact.size(), compact, by_sky);
@@ -484,7 +466,11 @@ struct SkySeries::Implementation {
             DaylightSolution& solution = block[lane].solution;
             std::copy(inter.emitted.begin(), inter.emitted.end(), by_sun.begin());
             if (solution.outdoors.direct_normal_illuminance_lx > 0.0)
-                add_sun(block[lane].scene, solution.outdoors, apertures, inter, by_sun);
+                for_each_sunlit(block[lane].scene, solution.outdoors, apertures, [&](PatchId patch, const Band3& mean_lx) {
+                    for (std::size_t b = 0; b < 3; ++b)
+                        add_scaled(of_band(mean_lx, b), inter.importance.of(index(patch), inter.bands == 3 ? b : 0),
+                                   by_sun.data() + b * reading_count);
+                });
             const auto reading = [&](std::size_t r) {
                 std::array<double, 3> of_sky{}, of_other{};
                 for (std::size_t band = 0; band < 3; ++band) {
@@ -505,6 +491,93 @@ struct SkySeries::Implementation {
                                   .flux_absorbed_lm = reading(readings.absorbed()).total(),
                                   .flux_lost_lm = reading(readings.lost()).total()};
         }
+    }
+
+    /// The same, from the direct light on patches. In parallel.
+    void reflect_forwards(std::span<InWork> block, const ApertureOutlook& apertures, const Lights& lights, const RowsThroughGlazings& rows) const {
+        // Direct light on nodes and panes: [channel][row].
+        const std::size_t row_count = rows.nodes.sky.count();
+        std::array<std::vector<Variants>, 6> on_nodes;
+        for (auto& channel : on_nodes) channel.resize(row_count);
+        std::vector<Band3> sky_colours;
+        for (const InWork& variant : block) sky_colours.push_back(variant.solution.outdoors.sky_colour);
+        parallel_for(row_count, 32, [&](std::size_t row) {
+            const BandRows &sky = rows.nodes.sky, &outdoors = rows.nodes.outdoors;
+            for (std::size_t band = 0; band < sky.bands; ++band) on_nodes[band][row] = multiply(sky, row, band, lights.node_sky);
+            for (std::size_t band = sky.bands; band < 3; ++band) on_nodes[band][row] = on_nodes[0][row];
+            for (std::size_t band = 0; band < 3; ++band)
+                for (std::size_t lane = 0; lane < block.size(); ++lane) on_nodes[band][row][lane] *= of_band(sky_colours[lane], band);
+            for (std::size_t channel = 0; channel < 6; ++channel) {
+                const Variants reflected = multiply(outdoors, row, outdoors.bands == 3 ? channel % 3 : 0, lights.outdoor_luminance[channel]);
+                for (std::size_t lane = 0; lane < lane_count; ++lane) on_nodes[channel][row][lane] += reflected[lane];
+            }
+        });
+        const auto on_node = [&](std::size_t row, std::size_t lane) {
+            const auto in = [&](std::size_t channel) { return on_nodes[channel][row][lane]; };
+            return LightBySource{{in(0), in(1), in(2)}, {in(3), in(4), in(5)}};
+        };
+        for (std::size_t lane = 0; lane < block.size(); ++lane) {
+            const Scene& scene = block[lane].scene;
+            DaylightSolution& solution = block[lane].solution;
+            std::vector<LightBySource> direct_lx(grid.gather_patch_count);
+            for (std::size_t p = 0; p < grid.indoor_patch_count; ++p) {
+                const auto corners = grid.corners_of(make_id<PatchId>(p));
+                for (std::size_t k = 0; k < corners.size(); ++k) direct_lx[p] += corner_weights[p][k] * on_node(index(corners[k]), lane);
+            }
+            for (std::size_t p = grid.indoor_patch_count; p < grid.gather_patch_count; ++p)
+                direct_lx[p] = on_node(grid.nodes.size() + p - grid.indoor_patch_count, lane);
+            if (solution.outdoors.direct_normal_illuminance_lx > 0.0)
+                for_each_sunlit(scene, solution.outdoors, apertures,
+                                [&](PatchId patch, const Band3& mean_lx) { direct_lx[index(patch)].other += mean_lx; });
+            // Panes send back some of the light on them, and the rest is lost to the room.
+            std::vector<PatchOptics> optics = patch_optics(scene, building, grid);
+            for (std::size_t p = grid.indoor_patch_count; p < grid.gather_patch_count; ++p) {
+                optics[p].exitance_lm_m2 += optics[p].reflectance * direct_lx[p];
+                direct_lx[p] = {};
+            }
+            NoProgress progress;
+            RadiositySolution solved = solve_radiosity(form_factors, area_m2, optics, direct_lx, options.radiosity, progress);
+            solution.sensor_values.resize(sensors.size());
+            for (std::size_t s = 0; s < sensors.size(); ++s) {
+                if (reading_of_sensor[s] == no_reading) continue;
+                LightBySource& indirect_lx = solution.sensor_values[s].indirect_lx;
+                for (std::size_t k = 0; k < gather_rows[s].patches.size(); ++k)
+                    indirect_lx += gather_rows[s].values[k] * solved.exitance_lm_m2[index(gather_rows[s].patches[k])];
+            }
+            solved.exitance_lm_m2 = {}, solved.indirect_illuminance_lx = {};
+            solution.radiosity = std::move(solved);
+        }
+    }
+
+    /// Solves up to lane_count variants of one set of surfaces and glazings and one division of the sky.
+    /// reflect(lights): finds the interreflected light on their sensors.
+    template <class Reflect>
+    void solve_block(std::span<InWork> block, const ApertureOutlook& apertures, const SkyDirections& sky, const RowsThroughGlazings& rows,
+                     const Reflect& reflect) const {
+        Lights lights{.node_sky = std::vector<Variants>(sky.nodes.size()), .outdoor_luminance = {}};
+        auto& [node_sky, outdoor_luminance] = lights;
+        std::vector<Variants> sensor_sky(sky.sensors.size());
+        for (std::size_t lane = 0; lane < block.size(); ++lane) {
+            const Sky& own = block[lane].solution.outdoors.sky;
+            for (const std::uint32_t k : rows.sensor_directions) sensor_sky[k][lane] = own.luminance(sky.sensors.direction(k)).value;
+            for (const std::uint32_t k : rows.node_directions) node_sky[k][lane] = own.luminance(sky.nodes.direction(k)).value;
+        }
+        std::vector<Variants> surface_sky(rows.outdoor_surfaces.sky.count());
+        for (std::size_t n = 0; n < surface_sky.size(); ++n) surface_sky[n] = multiply(rows.outdoor_surfaces.sky, n, 0, node_sky);
+        for (auto& channel : outdoor_luminance) channel.resize(columns.size());
+        for (std::size_t lane = 0; lane < block.size(); ++lane) {
+            OutdoorLight& light = block[lane].solution.outdoors;
+            if (!surface_sky.empty()) light_outdoor_surfaces(block[lane].scene, rows, surface_sky, lane, light);
+            for (const std::uint32_t column : rows.outdoor_columns) {
+                const LightBySource luminance = luminance_of(light, column);
+                for (std::size_t band = 0; band < 3; ++band) {
+                    outdoor_luminance[band][column][lane] = of_band(luminance.sky, band);
+                    outdoor_luminance[3 + band][column][lane] = of_band(luminance.other, band);
+                }
+            }
+        }
+
+        reflect(lights);
 
         // Direct light on sensors.
         for (std::size_t s = 0; s < sensors.size(); ++s) {
@@ -581,8 +654,14 @@ struct SkySeries::Implementation {
         return groups;
     }
 
-    void solve_group(const Group& group, std::span<const Scene> variants, std::vector<std::optional<DaylightSolution>>& solutions,
-                     Progress& progress) {
+    bool is_solved_forwards(const Scene& scene, std::size_t alike) const {
+        const std::size_t bands = are_grey(patch_optics(scene, building, grid)) ? 1 : 3;
+        return std::min(alike, readings.count()) * columns_of_a_variant < bands * readings.count();
+    }
+
+    /// alike: how many variants of its set there are in all.
+    void solve_group(const Group& group, std::size_t alike, std::span<const Scene> variants,
+                     std::vector<std::optional<DaylightSolution>>& solutions, Progress& progress) {
         const Scene& one = variants[group.variants.front()];
         const Through through{group.numbers, group.sky};
         const auto glazed = glazings.get([&](const Through& made) { return made.first.transmits_as(group.numbers) && made.second == group.sky; },
@@ -592,6 +671,12 @@ struct SkySeries::Implementation {
                                                                                   group.numbers.glazings_are_grey() ? 1 : 3, progress);
                                              return std::pair{through, std::make_shared<const Glazed>(std::move(outlook), std::move(rows))};
                                          });
+        const auto& [apertures, rows] = *glazed;
+        if (is_solved_forwards(one, alike)) {
+            solve_blocks(group, variants, *glazed, solutions, progress,
+                         [&](std::span<InWork> block, const Lights& lights) { reflect_forwards(block, apertures, lights, rows); });
+            return;
+        }
         const auto inter = interreflections.get([&](const IndoorNumbers& made) { return made == group.numbers; }, [&] {
             return std::pair{group.numbers, std::make_shared<const Interreflection>(find_interreflection(one, progress))};
         });
@@ -600,6 +685,15 @@ struct SkySeries::Implementation {
             [&] {
                 return std::pair{through, std::make_shared<const IndirectRows>(find_indirect_rows(glazed->second, *group.sky, *inter))};
             });
+        solve_blocks(group, variants, *glazed, solutions, progress, [&](std::span<InWork> block, const Lights& lights) {
+            reflect_by_importance(block, apertures, lights, *inter, *indirect);
+        });
+    }
+
+    /// reflect(block, lights)
+    template <class Reflect>
+    void solve_blocks(const Group& group, std::span<const Scene> variants, const Glazed& glazed,
+                      std::vector<std::optional<DaylightSolution>>& solutions, Progress& progress, const Reflect& reflect) {
         const std::size_t blocks = (group.variants.size() + lane_count - 1) / lane_count;
         parallel_stage("skies", blocks, 1, progress, [&](std::size_t block) {
             std::vector<InWork> work;
@@ -610,13 +704,13 @@ struct SkySeries::Implementation {
                 solutions[variant]->form_factor_quality = form_factors.quality;
                 work.push_back({variants[variant], *solutions[variant]});
             }
-            solve_block(work, glazed->first, *group.sky, glazed->second, *inter, *indirect);
+            solve_block(work, glazed.first, *group.sky, glazed.second, [&](const Lights& lights) { reflect(work, lights); });
         });
     }
 
-    std::vector<DaylightSolution> solve(std::span<const Scene> variants, Progress& progress) {
+    std::vector<DaylightSolution> solve(std::span<const Scene> variants, std::span<const std::size_t> alike, Progress& progress) {
         std::vector<std::optional<DaylightSolution>> solutions(variants.size());
-        for (const Group& group : groups_of(variants)) solve_group(group, variants, solutions, progress);
+        for (const Group& group : groups_of(variants)) solve_group(group, alike[group.variants.front()], variants, solutions, progress);
         std::vector<DaylightSolution> answers;
         for (std::optional<DaylightSolution>& solution : solutions) answers.push_back(std::move(*solution));
         return answers;
@@ -651,21 +745,25 @@ struct SkySeries::Implementation {
     Kept<Through, IndirectRows> indirect_rows;
 };
 
-SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, double entries) {
+SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, std::size_t alike,
+                              double entries) {
     const bool grey = std::ranges::all_of(scene.materials, is_grey, &Material::reflectance) &&
                       IndoorNumbers{.glazings = scene.glazings, .materials = {}}.glazings_are_grey();
     const auto number = [](std::size_t n) { return static_cast<double>(n); };
-    const double columns = (grey ? 1.0 : 3.0) * number(sensors + 3), patches = number(grid.gather_patch_count);
-    const double points = number(grid.nodes.size()) + patches;
+    const std::size_t columns = (grey ? 1 : 3) * (sensors + 3);
+    const double patches = number(grid.gather_patch_count), points = number(grid.nodes.size()) + patches;
     const double directions = 2.0 * pi / (node_step_rad * node_step_rad);
-    const double of_set = 8.0 * columns * (points + directions);
-    // While a set is made, its importance exists as exitance, too.
-    const double in_work = 8.0 * columns * patches;
     // Points see a tenth of all directions, rather less; those of sensors are four times as dense.
     const double rows = number(grid.nodes.size() + 4 * sensors);
-    const double of_rows = 0.1 * directions * (grey ? 12.0 : 28.0) * rows;
-    return {.bytes = number(std::min(sets, most_kept + 1)) * of_set + in_work + of_rows,
-            .set_seconds = columns * (2.5e-9 * entries + 2.5e-7 * points) + 4e-4 * rows};
+    SkySeriesCost cost{.bytes = 0.1 * directions * (grey ? 12.0 : 28.0) * rows, .set_seconds = 4e-4 * rows};
+    if (std::min(alike, columns) * columns_of_a_variant < columns) {
+        cost.variant_seconds = number(columns_of_a_variant) * 2.5e-9 * entries;
+        return cost;
+    }
+    // While a set is made, its importance exists as exitance, too.
+    cost.bytes += 8.0 * number(columns) * (number(std::min(sets, most_kept + 1)) * (points + directions) + patches);
+    cost.set_seconds += number(columns) * (2.5e-9 * entries + 2.5e-7 * points);
+    return cost;
 }
 
 SkySeries::SkySeries(const Scene& scene, const Building& building, const PatchGrid& grid, const Visibility& visibility,
@@ -675,7 +773,12 @@ SkySeries::SkySeries(const Scene& scene, const Building& building, const PatchGr
 SkySeries::~SkySeries() = default;
 
 std::vector<DaylightSolution> SkySeries::solve(std::span<const Scene> variants, Progress& progress) {
-    return implementation_->solve(variants, progress);
+    return solve(variants, std::vector<std::size_t>(variants.size(), ~std::size_t{0}), progress);
+}
+
+std::vector<DaylightSolution> SkySeries::solve(std::span<const Scene> variants, std::span<const std::size_t> alike, Progress& progress) {
+    NATUREL_EXPECT(alike.size() == variants.size());
+    return implementation_->solve(variants, alike, progress);
 }
 
 }  // namespace naturel

@@ -37,6 +37,11 @@ public:
     /// many variants at a time. Throws Interrupted.
     std::vector<DaylightSolution> solve(std::span<const Scene> variants, Progress& progress);
 
+    /// The same for sets with few variants, where it does not pay to find out what each sensor owes to each patch: their
+    /// interreflection is solved forwards, variant by variant. Both ways stop at the tolerance of the radiosity.
+    /// alike: [variants], how many variants with the same set there are in all. It decides, so that the bits of an answer depend on it.
+    std::vector<DaylightSolution> solve(std::span<const Scene> variants, std::span<const std::size_t> alike, Progress& progress);
+
 private:
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
@@ -45,9 +50,12 @@ private:
 /// What a series costs beside its form factors, at most.
 struct SkySeriesCost {
     double bytes = 0.0;
-    double set_seconds = 0.0;  ///< CPU time of each set of reflectances and glazings, as measured in docs/batch.md
+    // CPU time, as measured in docs/batch.md.
+    double set_seconds = 0.0;      ///< of each set of reflectances and glazings
+    double variant_seconds = 0.0;  ///< of each variant, beside what all take
 };
-/// sets: how many among the variants. entries: of the form factors.
-SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, double entries);
+/// sets: how many among the variants. alike: variants of a set. entries: of the form factors.
+SkySeriesCost sky_series_cost(const Scene& scene, const PatchGrid& grid, std::size_t sensors, std::size_t sets, std::size_t alike,
+                              double entries);
 
 }  // namespace naturel
