@@ -29,13 +29,6 @@ EncodeImage load_encoder() {
     return reinterpret_cast<EncodeImage>(symbol);
 }
 
-#ifdef __SANITIZE_ADDRESS__
-// The search for leaks at the end of the program does not bear libraries that another thread has loaded, nor their threads.
-constexpr bool has_threads_of_its_own = false;
-#else
-constexpr bool has_threads_of_its_own = true;
-#endif
-
 /// What comes of loading it, once it has begun.
 std::shared_future<EncodeImage> loaded_encoder(std::launch how) {
     static const std::shared_future<EncodeImage> encoder = std::async(how, load_encoder).share();
@@ -49,7 +42,7 @@ std::string encode(ImageFile image, const ImageMetadata& metadata) {
     texts.emplace_back("DateTime", "1970:01:01 00:00:00");
     texts.emplace_back("Software", "naturel " NATUREL_VERSION);
     image.texts.insert(image.texts.begin(), texts.begin(), texts.end());
-    image.threads = has_threads_of_its_own ? thread_limit() : 1;
+    image.threads = thread_limit();
     std::string bytes;
     encode_image(image, bytes);
     return bytes;
@@ -68,7 +61,7 @@ ImageWriterOpening::ImageWriterOpening(int threads) {
         throw std::runtime_error("cannot load the writer of pictures: there is no " + module_file().string());
     // The first loop of TBB loads libraries, too, and only one thread can do that at a time.
     parallel_for(static_cast<std::size_t>(threads), 1, [](std::size_t) {});
-    if (!has_threads_of_its_own || threads <= 1) return;
+    if (threads <= 1) return;
     try {
         loaded_encoder(std::launch::async);
         in_background_ = true;
