@@ -43,6 +43,10 @@ struct TracedFacet {
 /// Clipper, a tenth of anything that is built.
 constexpr double same_place_m = 1e-6;
 
+/// Cracks between facets are no wider than rounding, a sixteenth of a lift: a ray that moves aside by this many lifts passes none
+/// that is not in line with the way it moves.
+constexpr double crack_lifts = 4.0;
+
 /// Rays of one stratification; rows with more are made of several.
 constexpr int most_rays_per_table = 1 << 17;
 
@@ -114,10 +118,14 @@ public:
         const Patch& patch = grid_.patches[index(from)];
         const glm::dvec3 shift = lift_m_ * patch.normal - centre_m_;
         const PolygonSampler sampler(grid_.polygon_of(from), patch.centroid_m, lift_m_, shift);
-        // A crack between facets is missed when the whole ray moves aside: by a hundredth of the way to the
-        // centroid.
-        const auto second_start = [&](const SecondTry& lost) {
-            return lost.start + 0.01 * (patch.centroid_m + shift - lost.start);
+        // A crack between facets is missed when the whole ray moves aside, towards the centroid or across. By little: a ray
+        // that passes the edge of a facet has really gone.
+        const auto moved_start = [&](const LostRay& lost, int attempt) {
+            const glm::dvec3 inwards = patch.centroid_m + shift - lost.start;
+            const double way_m = glm::length(inwards), step_m = std::min(crack_lifts * lift_m_, 0.5 * way_m);
+            if (way_m == 0.0) return lost.start;
+            const glm::dvec3 aside = attempt == 0 ? inwards : inwards + glm::cross(patch.normal, inwards);
+            return lost.start + (step_m / glm::length(aside)) * aside;
         };
         RowScratch& scratch = begin_row();
         const std::uint64_t random = mix(mix(seed_) ^ index(from));
@@ -139,7 +147,7 @@ public:
                               place_directions(frame, table, first, rays.x, rays.y, rays.z);
                           }
                       },
-                      second_start, scratch);
+                      moved_start, scratch);
                 more -= table.rays();
                 rays += table.rays();
             }
@@ -166,10 +174,10 @@ public:
         // A point in the corner of a room may lie behind the neighbouring wall by a rounding. Rays that leave
         // the wall meet its back at once and start in front of it the second time; rays that go into it start
         // farther back along the surface.
-        const auto second_start = [&](const SecondTry& lost) {
+        const auto moved_start = [&](const LostRay& lost, int attempt) {
             if (lost.distance_m < 4.0 * lift_m) return lost.start + 64.0 * lift_m * lost.direction;
-            return lost.start -
-                   64.0 * lift_m * (lost.direction - glm::dot(lost.direction, from.normal) * from.normal);
+            const glm::dvec3 ahead = lost.direction - glm::dot(lost.direction, from.normal) * from.normal;
+            return lost.start - 64.0 * lift_m * ahead + attempt * crack_lifts * lift_m * glm::cross(from.normal, ahead);
         };
         RowScratch& scratch = begin_row();
         std::int64_t rays = 0;
@@ -184,7 +192,7 @@ public:
                       std::fill_n(rays.start_z, rays_per_packet, lifted.z);
                       place_directions(frame, table, first, rays.x, rays.y, rays.z);
                   },
-                  second_start, scratch);
+                  moved_start, scratch);
             rays += table.rays();
         }
         finish_row(scratch, rays, row);
@@ -239,7 +247,7 @@ private:
     }
 
     /// A ray that met nothing, a back or the outdoors.
-    struct SecondTry {
+    struct LostRay {
         glm::dvec3 start, direction;
         double distance_m;         ///< to what it met; infinite for nothing
         std::uint32_t sub_sample;
@@ -247,7 +255,7 @@ private:
 
     struct RowScratch {
         HitCounts hits;
-        std::vector<SecondTry> second_tries;
+        std::vector<LostRay> lost_rays, still_lost;
         std::int64_t lost = 0;
         std::array<Packet, 2> packets;
         std::array<WidePacket, 2> wide_packets;
@@ -577,22 +585,22 @@ private:
 
     /// Shoots the rays of a table.
     /// place_eight(frame, first, rays): sets directions and origins, lifted, of the eight rays from `first` on.
-    /// second_start(lost): lifted origin of the second try of a ray that would be lost.
-    template <class PlaceEight, class SecondStart>
+    /// moved_start(lost, attempt): lifted origin of another try, 0 or 1, of a ray that would be lost.
+    template <class PlaceEight, class MovedStart>
     void shoot(const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry, const PlaceEight& place_eight,
-               const SecondStart& second_start, RowScratch& scratch) const {
+               const MovedStart& moved_start, RowScratch& scratch) const {
         if (wide_)
             shoot_packets(scratch.wide_packets, normal, table, symmetry, place_eight, scratch);
         else
             shoot_packets(scratch.packets, normal, table, symmetry, place_eight, scratch);
-        try_again(normal, second_start, scratch);
+        try_again(normal, moved_start, scratch);
     }
 
     template <class AnyPacket, class PlaceEight>
     void shoot_packets(std::array<AnyPacket, 2>& packets, const glm::dvec3& normal, const RayTable& table, std::uint32_t symmetry,
                        const PlaceEight& place_eight, RowScratch& scratch) const {
         const HemisphereFrame frame(normal, symmetry);
-        scratch.second_tries.clear();
+        scratch.lost_rays.clear();
         scratch.hits.expect(table.rays());
         const std::uint32_t* const counters = cells_.counters();
         const std::uint32_t unclear = cells_.unclear_cell();
@@ -630,25 +638,30 @@ private:
         count_hits(which ^ 1);
     }
 
-    template <class SecondStart>
-    void try_again(const glm::dvec3& normal, const SecondStart& second_start, RowScratch& scratch) const {
+    template <class MovedStart>
+    void try_again(const glm::dvec3& normal, const MovedStart& moved_start, RowScratch& scratch) const {
         Packet& packet = scratch.packets[0];
-        for (std::size_t first = 0; first < scratch.second_tries.size(); first += packet_size) {
-            const unsigned count = static_cast<unsigned>(
-                std::min<std::size_t>(packet_size, scratch.second_tries.size() - first));
-            for (unsigned k = 0; k < packet_size; ++k) {
-                const SecondTry& again = scratch.second_tries[first + std::min(k, count - 1)];
-                packet.set_origin(k, glm::vec3(second_start(again)));
-                packet.set_direction(k, glm::vec3(again.direction + 1e-4 * normal));
+        for (const int attempt : {0, 1}) {
+            scratch.still_lost.clear();
+            for (std::size_t first = 0; first < scratch.lost_rays.size(); first += packet_size) {
+                const unsigned count = static_cast<unsigned>(std::min<std::size_t>(packet_size, scratch.lost_rays.size() - first));
+                for (unsigned k = 0; k < packet_size; ++k) {
+                    const LostRay& again = scratch.lost_rays[first + std::min(k, count - 1)];
+                    packet.set_origin(k, glm::vec3(moved_start(again, attempt)));
+                    packet.set_direction(k, glm::vec3(again.direction));
+                }
+                embree_api::trace(surfaces_.get(), packet, count);
+                for (unsigned k = 0; k < count; ++k) {
+                    const LostRay& again = scratch.lost_rays[first + k];
+                    if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
+                        scratch.hits.add(HitCounts::counter_of(patch), again.sub_sample);
+                    else
+                        scratch.still_lost.push_back(again);
+                }
             }
-            embree_api::trace(surfaces_.get(), packet, count);
-            for (unsigned k = 0; k < count; ++k) {
-                if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
-                    scratch.hits.add(HitCounts::counter_of(patch), scratch.second_tries[first + k].sub_sample);
-                else
-                    ++scratch.lost;
-            }
+            scratch.lost_rays.swap(scratch.still_lost);
         }
+        scratch.lost += static_cast<std::int64_t>(scratch.lost_rays.size());
     }
 
     /// Of the eight rays from `first` on.
@@ -663,7 +676,7 @@ private:
             else if (const PatchId patch = patch_met(packet, k); patch != PatchId::none)
                 scratch.hits.add(HitCounts::counter_of(patch), sub_sample);
             else
-                scratch.second_tries.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], sub_sample});
+                scratch.lost_rays.push_back({packet.origin(k), packet.direction(k), packet.rays.ray.tfar[k], sub_sample});
         }
     }
 

@@ -137,6 +137,19 @@ Passage passage(const Obstacle& o, const EdgeForm* forms, std::size_t vertices, 
     return all_inside ? Passage::blocked : Passage::partial;
 }
 
+/// Calls visit(part) for parts of at most `most_vertices` corners that a convex polygon is made of; most are one.
+template <class Visit>
+void for_each_part(std::span<const dvec3> v, const Visit& visit) {
+    if (v.size() <= most_vertices) return visit(v);
+    std::array<dvec3, most_vertices> part;
+    part[0] = v[0];
+    for (std::size_t start = 1; start + 1 < v.size(); start += most_vertices - 2) {
+        const std::size_t corners = std::min(v.size() - start, most_vertices - 1);
+        std::copy_n(v.begin() + static_cast<std::ptrdiff_t>(start), corners, part.begin() + 1);
+        visit(std::span<const dvec3>(part.data(), corners + 1));
+    }
+}
+
 std::vector<VertexQuad> in_quads(std::span<const dvec3> v) {
     std::vector<VertexQuad> quads((v.size() + 3) / 4);
     for (std::size_t k = 0; k < 4 * quads.size(); ++k) {
@@ -399,21 +412,18 @@ ExchangeEstimate PairwiseExchange::Data::past_occluders(std::size_t a, std::size
     const bool shadow_on_b = nearest(a) >= nearest(b);
     const Side side = shadow_on_b ? Side::front : Side::back;  // obstacles were chosen for lines that leave a
     const Polygon &from = shadow_on_b ? pa : pb, &to = shadow_on_b ? pb : pa;
-    if (to.vertices_m.size() <= most_vertices)
-        return s.shadows.exchange(from, to, unoccluded_m2, tolerance_m2, occluders, occluder_vertices_m, s.chosen, side);
-    // Parts of a polygon with many corners.
     ExchangeEstimate sum;
-    std::vector<dvec3> part;
-    for (std::size_t start = 1; start + 1 < to.vertices_m.size(); start += most_vertices - 2) {
-        part.assign(1, to.vertices_m[0]);
-        for (std::size_t k = start; k < std::min(to.vertices_m.size(), start + most_vertices - 1); ++k)
-            part.push_back(to.vertices_m[k]);
-        const double all_m2 = unoccluded_exchange_m2(from.vertices_m, from.normal, part, to.normal);
-        const ExchangeEstimate e = s.shadows.exchange(from, {part, to.normal, to.plane_m}, all_m2, tolerance_m2, occluders,
-                                                      occluder_vertices_m, s.chosen, side);
+    for_each_part(to.vertices_m, [&](std::span<const dvec3> part) {
+        const bool whole = part.size() == to.vertices_m.size();
+        const double all_m2 = whole ? unoccluded_m2 : unoccluded_exchange_m2(from.vertices_m, from.normal, part, to.normal);
+        if (all_m2 <= 0.0) return;
+        // The errors of the parts add to no more than what is allowed.
+        const double allowed_m2 = whole ? tolerance_m2 : tolerance_m2 * std::min(1.0, all_m2 / unoccluded_m2);
+        const ExchangeEstimate e =
+            s.shadows.exchange(from, {part, to.normal, to.plane_m}, all_m2, allowed_m2, occluders, occluder_vertices_m, s.chosen, side);
         sum.value_m2 += e.value_m2;
         sum.error_m2 += e.error_m2;
-    }
+    });
     return sum;
 }
 
@@ -508,7 +518,8 @@ void PairwiseExchange::Data::exchange_with_block(std::size_t a, const Block& to,
             e = past_occluders(a, b, cut_a, cut_b[j], exchange_m2[j], s);
             e.error_m2 += bound_m2[j];
         }
-        if (e.value_m2 > 0.0) emit(b, e);
+        // What seems hidden has an error as well.
+        if (e.value_m2 > 0.0 || e.error_m2 > 0.0) emit(b, e);
     }
 }
 
@@ -617,7 +628,10 @@ void PairwiseExchange::row(const GatherPoint& from, FormFactorRow& row) const {
                 blocked = blocked || p == Passage::blocked;
             }
             if (blocked) continue;
-            const double value = s.shadows.from_point(point, from.normal, to, d.occluders, d.occluder_vertices_m, s.chosen);
+            double value = 0.0;
+            for_each_part(to.vertices_m, [&](std::span<const dvec3> part) {
+                value += s.shadows.from_point(point, from.normal, {part, to.normal, to.plane_m}, d.occluders, d.occluder_vertices_m, s.chosen);
+            });
             if (value > 0.0) values.push_back({d.patch[b], static_cast<float>(1e-9), value});
         }
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "core/errors.h"
 #include "core/units.h"
 
 namespace naturel::pairwise {
@@ -19,11 +20,12 @@ constexpr double of_gauss = 0.6, of_middle = 0.4 * 2 / 3, of_corners = 0.4 / 3;
 constexpr double of_centroid = 0.4 * 3 / 4, of_vertices = 0.4 / 4;  // on triangles
 // What is taken for the error of the mean: so much of the spread of the three rules, of the range of the values, and of all,
 // for what lies between the points without touching one. Of the combinations with an error below the estimate in 99 % of
-// those pairs this had the lowest mean estimate; 1.2 times that, for scenes of another kind (docs/embree.md, "Pairwise").
-constexpr double of_spread = 0.18, of_range = 0.03, unseen = 0.0025;
+// those pairs this had the lowest mean estimate; 1.2 times that, for scenes of another kind, and ten times as much for what lies
+// between: past oblique solids one sees through narrow gaps (docs/embree.md, "Pairwise").
+constexpr double of_spread = 0.18, of_range = 0.03, unseen = 0.02;
 // Where a corner of the cell comes close to the target the form factor rises steeply and would give that corner all the weight.
 // There Gauss's points stand alone, with a greater share for error, found in the same way.
-constexpr double steep = 1.5, of_spread_alone = 0.24, of_range_alone = 0.12;
+constexpr double steep = 1.5, of_spread_alone = 0.24, of_range_alone = 0.12, unseen_alone = 0.04;
 // They also do where that error is a small part of what is allowed.
 constexpr double enough = 0.25;
 // How much of a wrong weight of one part of the cell against another goes wrong in the mean.
@@ -287,9 +289,9 @@ void Shadows::evaluate(Cell& cell) {
         const double middle = at(0.5, 0.5, all);
         middle_share = share_of(middle, all), middle_all = all;
     }
-    const double gauss_share = share_of(sum, sum_all), between = unseen * std::exp2(-cell.depth);
+    const double gauss_share = share_of(sum, sum_all), finer = std::exp2(-cell.depth);
     const auto gauss_error = [&] {
-        return of_spread_alone * std::abs(middle_share - gauss_share) + of_range_alone * (highest - lowest) + 10.0 * between;
+        return of_spread_alone * std::abs(middle_share - gauss_share) + of_range_alone * (highest - lowest) + unseen_alone * finer;
     };
     cell.all = sum_all * area;
     if (cell.depth == 0) range_ = std::max(range_, highest - lowest);
@@ -313,7 +315,7 @@ void Shadows::evaluate(Cell& cell) {
         share = cell.triangle ? of_gauss * gauss_share + of_centroid * middle_share + of_vertices * corner_share
                               : of_gauss * gauss_share + of_middle * middle_share + of_corners * corner_share;
         const double spread = std::max({gauss_share, middle_share, corner_share}) - std::min({gauss_share, middle_share, corner_share});
-        cell.error = of_spread * spread + of_range * range + between;
+        cell.error = of_spread * spread + of_range * range + unseen * finer;
     }
     cell.visible = share * cell.all;
     // Where the unoccluded form factor is not smooth, parts that see more or less than the rest have the wrong weight.
@@ -325,6 +327,7 @@ void Shadows::evaluate(Cell& cell) {
 ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, double unoccluded_m2, double tolerance_m2,
                                    std::span<const Occluder> occluders, std::span<const dvec3> occluder_vertices_m,
                                    std::span<const std::uint32_t> chosen, Side side) {
+    NATUREL_EXPECT(to.vertices_m.size() <= most_vertices);
     aim(to, from.normal, occluders, occluder_vertices_m, chosen, side);
     cells_.clear();
     const auto& v = from.vertices_m;
@@ -349,12 +352,17 @@ ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, doubl
     };
     sum_up();
     // Errors of neighbouring cells are as often of one sign as of the other.
-    double running = error_2;
-    while (running > tolerance_m2 * tolerance_m2 && cells_.size() < most_cells && cells_.front().depth < deepest) {
+    double running = error_2, running_all = all;
+    // The estimate is for the cells' sum, which is scaled to the unoccluded exchange in the end.
+    const auto too_large = [&] {
+        return running * unoccluded_m2 * unoccluded_m2 > tolerance_m2 * tolerance_m2 * running_all * running_all;
+    };
+    while (too_large() && cells_.size() < most_cells && cells_.front().depth < deepest) {
         std::ranges::pop_heap(cells_, worse);
         const Cell parent = cells_.back();
         cells_.pop_back();
         running -= parent.error * parent.error;
+        running_all -= parent.all;
         const dvec3 u = 0.5 * parent.u_m, w = 0.5 * parent.v_m;
         Cell children[4];
         for (Cell& c : children) c.triangle = parent.triangle, c.depth = parent.depth + 1, c.u_m = u, c.v_m = w;
@@ -366,6 +374,7 @@ ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, doubl
         for (Cell& c : children) {
             evaluate(c);
             running += c.error * c.error;
+            running_all += c.all;
             cells_.push_back(c);
             std::ranges::push_heap(cells_, worse);
         }
@@ -377,6 +386,7 @@ ExchangeEstimate Shadows::exchange(const Polygon& from, const Polygon& to, doubl
 
 double Shadows::from_point(const dvec3& point_m, const dvec3& normal, const Polygon& to, std::span<const Occluder> occluders,
                            std::span<const dvec3> occluder_vertices_m, std::span<const std::uint32_t> chosen) {
+    NATUREL_EXPECT(to.vertices_m.size() <= most_vertices);
     aim(to, normal, occluders, occluder_vertices_m, chosen, Side::front);
     double all = 0.0;
     return seen_from(point_m, all);

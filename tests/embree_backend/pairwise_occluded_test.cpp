@@ -1,7 +1,9 @@
+#include <array>
 #include <cmath>
 #include <cstring>
 
 #include "core/parallel.h"
+#include "core/units.h"
 #include "embree_backend/pairwise.h"
 #include "tests/catch.h"
 #include "tests/random_scenes.h"
@@ -138,6 +140,35 @@ TEST_CASE("a row with a leak reports it and rows without report none", "[embree]
     PairwiseExchange(building, grid, {}).row(make_id<PatchId>(0), row);
     // Opposed squares of a cube (docs/method.md). Closed, rounding alone is left: no leak at all.
     CHECK_THAT(row.lost, Catch::Matchers::WithinAbs(closed ? 0.0 : 0.199824896, 1e-8));
+}
+
+TEST_CASE("a polygon of many corners is seen from points as its triangles are", "[embree][pairwise]") {
+    const int corners = GENERATE(17, 49, 64, 200);
+    const auto disc = [&](double z, double radius, bool up) {
+        std::vector<dvec3> v;
+        for (int k = 0; k < corners; ++k) {
+            const double angle = (up ? 2.0 : -2.0) * pi * k / corners;
+            v.emplace_back(0.5 + radius * std::cos(angle), 0.5 + radius * std::sin(angle), z);
+        }
+        return v;
+    };
+    Scene scene = facing_squares();
+    scene.polygons[1].vertices_m = disc(7, 0.5, false);
+    const bool occluded = GENERATE(false, true);
+    if (occluded) scene.polygons.push_back(sheet("between", {0.4, 0.3, 5.6}, {0.5, 0.45, 5.6}));
+    const Building building = assemble(scene);
+    const PatchGrid grid = make_patch_grid(building, {.spacing_m = 100.0});
+    REQUIRE(grid.gather_patch_count == 2);
+    const dvec3 point(0.45, 0.4, 5);
+    FormFactorRow row;
+    PairwiseExchange(building, grid, {}).row(GatherPoint{point, {0, 0, 1}}, row);
+    const auto receiver = grid.polygon_of(make_id<PatchId>(1));
+    double exact = 0.0;
+    for (std::size_t k = 1; k + 1 < receiver.size(); ++k)
+        exact += reference::occluded_form_factor(point, {0, 0, 1}, std::array{receiver[0], receiver[k], receiver[k + 1]}, facet_polygons(building));
+    REQUIRE(row.values.size() == 1);
+    INFO(corners << " corners: " << row.values[0] << " instead of " << exact);
+    CHECK(std::abs(row.values[0] - exact) < 1e-8);
 }
 
 TEST_CASE("pairwise rows have the same bits for 1, 2 and 3 threads", "[embree][pairwise][threads]") {

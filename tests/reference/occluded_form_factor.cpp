@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <stdexcept>
 #include <tuple>
 
 #include "tests/reference/exact_form_factors.h"
@@ -108,6 +109,8 @@ void cut(const Piece& piece, std::span<const HalfSpace> shadow, std::vector<Piec
 
 double seen(const dvec3& eye, const dvec3& normal, const Ring& receiver, std::span<const Blocker> blockers) {
     std::vector<Piece> pieces(1), left;
+    // The cuts of a shadow add corners.
+    if (receiver.size() > pieces[0].corner.size() / 2) throw std::length_error("a receiver of too many corners");
     for (const dvec3& v : receiver) pieces[0].corner[pieces[0].count++] = v;
     std::vector<HalfSpace> shadow;
     for (const Blocker& b : blockers) {

@@ -18,7 +18,7 @@ struct OccludedFormFactor {
 /// view from the emitter passes an edge and a corner in one line, which is where it is not smooth.
 /// Vertices counter-clockwise seen from the front. What lies behind the plane of the other polygon does not
 /// count. Occluders in the plane of either polygon are left out.
-/// tolerance: of the form factor, dimensionless. Good to 1e-9 where the polygons do not touch.
+/// At most 12 corners (std::length_error). tolerance: of the form factor, dimensionless. Good to 1e-9 where the polygons do not touch.
 OccludedFormFactor occluded_form_factor(std::span<const glm::dvec3> from, std::span<const glm::dvec3> to,
                                         std::span<const std::vector<glm::dvec3>> occluders, double tolerance = 1e-8);
 

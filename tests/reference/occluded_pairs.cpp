@@ -117,6 +117,16 @@ Scene random_furnished_room(std::uint64_t seed) {
     return scene;
 }
 
+Scene room_of_oblique_solids(std::uint64_t seed, int count) {
+    Random random(seed);
+    Scene scene = closed_room({4, 3, 2.5});
+    for (int k = 0; k < count; ++k) {
+        scene.polyhedra.push_back(random_solid(random, {random(0.7, 3.3), random(0.7, 2.3), random(0.7, 1.8)}, random(0.1, 1.0)));
+        scene.polyhedra.back().id = "solid " + std::to_string(k);
+    }
+    return scene;
+}
+
 Scene room_with_boxes(int count) {
     Scene scene = closed_room({6, 5, 3});
     for (int k = 0; k < count; ++k) {

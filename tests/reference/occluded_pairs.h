@@ -14,6 +14,9 @@ Scene random_occluded_pair(std::uint64_t seed);
 /// A closed room of 4 x 3 x 2.5 m with 5 to 10 boxes that stand on the floor, hang or lean askew.
 Scene random_furnished_room(std::uint64_t seed);
 
+/// A closed room of 4 x 3 x 2.5 m with so many boxes, prisms and tetrahedra in any position, one through the other.
+Scene room_of_oblique_solids(std::uint64_t seed, int count);
+
 /// A room of 6 x 5 x 3 m with `count` boxes on its floor, in rows of six.
 Scene room_with_boxes(int count);
 

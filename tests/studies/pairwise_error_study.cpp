@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     const double tolerance = number(3, 1e-4);
     fmt::print("| scenes | tolerance | partly visible pairs | RMS error | mean | worst | median estimate | largest | error / estimate: 50 %, 99 %, worst | covered | other pairs | their worst |\n");
     fmt::print("|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-    Study pairs(tolerance), rooms(tolerance), boxes(tolerance);
+    Study pairs(tolerance), rooms(tolerance), boxes(tolerance), solids(tolerance);
     for (std::uint64_t seed = first; seed < first + scenes; ++seed)
         rooms.look_at(random_furnished_room(seed), seed % 2 == 0 ? 0.5 : 1.0, 40, seed);
     rooms.print("furnished rooms");
@@ -107,4 +107,6 @@ int main(int argc, char** argv) {
     pairs.print("two polygons");
     boxes.look_at(room_with_boxes(24), 0.5, 40 * scenes, first);
     boxes.print("24 boxes");
+    for (std::uint64_t seed = first; seed < first + scenes; ++seed) solids.look_at(room_of_oblique_solids(seed, 60), 1.0, 80, seed);
+    solids.print("60 oblique solids");
 }
