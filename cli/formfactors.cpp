@@ -10,6 +10,7 @@
 
 #include "cli/choices.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/forecast.h"
 #include "cli/form_factor_files.h"
 #include "cli/json_text.h"
@@ -118,8 +119,10 @@ std::string description(const FormFactorsOptions& options, const Scene& scene, c
 
 void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     const auto start = std::chrono::steady_clock::now();
-    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
-    make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
+    std::vector<std::filesystem::path> files_read;
+    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m, files_read);
+    refuse_to_replace(files_read, names_of_form_factor_files(options.out));
+    if (!options.dry_run) make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress);
     const auto& [scene, building, sun, zones, grid] = prepared;
     const std::unique_ptr<Visibility> visibility =

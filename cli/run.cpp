@@ -11,6 +11,7 @@
 #include "cli/csv_writer.h"
 #include "cli/file_reader.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/forecast.h"
 #include "cli/glb_writer.h"
 #include "cli/image_writer.h"
@@ -43,6 +44,17 @@ void remove_results_of_earlier_run(const std::filesystem::path& out) {
 }
 
 /// What is kept of one backend to compare it with the next.
+/// What a run writes that may have the name of a scene or of a table.
+std::vector<std::filesystem::path> tables_of_run(const std::filesystem::path& out) {
+    std::vector<std::filesystem::path> files{out / "zones.json"};
+    for (const Backend& backend : all_backends()) {
+        for (const Backend& reference : all_backends()) files.push_back(comparison_file(out, backend.name, reference.name));
+        for (const char* name : {"summary.json", "timings.json", glare_file_name, "sensors.csv", "nodes.csv", "patches.csv", "report.html"})
+            files.push_back(out / backend.name / name);
+    }
+    return files;
+}
+
 struct SensorTotals {
     ComparedBackend backend;
     std::vector<Sensor> sensors;
@@ -106,6 +118,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     Scene read = read_scene_file(options, sources);
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
+    const std::vector<std::filesystem::path> files_read = paths_of_sources(options.scene, sources);
+    if (options.trace) refuse_to_replace(files_read, std::vector{*options.trace}, "--trace");
+    refuse_to_replace(files_read, tables_of_run(options.out));
     shared_clock.end_stage("read scene");
     const bool has_views = !read.views.empty();
     std::optional<ImageWriterOpening> opening;

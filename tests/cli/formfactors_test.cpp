@@ -67,7 +67,7 @@ Rows read_csv(const std::filesystem::path& file) {
     Rows rows;
     auto beside = file;
     const std::vector<std::string> patches = lines_of(content_of(beside.replace_extension(".patches.csv")));
-    rows.description = content_of(beside.replace_extension("").replace_extension(".json"));
+    rows.description = content_of(beside.replace_extension("").replace_extension(".description.json"));
     REQUIRE(patches.at(0) == "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,escaped,reciprocity_gap");
     for (std::size_t i = 1; i < patches.size(); ++i) {
         const auto cells = cells_of(patches[i]);
@@ -375,7 +375,7 @@ TEST_CASE("a file of form factors has the same bytes for any number of threads",
                                       {"--backend", backend, "--quality", "draft", "--threads", threads})
                             .exit_code == 0);
             const auto files = files_below(workshop.folder / threads);
-            REQUIRE(files.size() == 5);  // f.csv has f.patches.csv and f.json beside it
+            REQUIRE(files.size() == 5);  // f.csv has f.patches.csv and f.description.json beside it
             if (first.empty()) first = files;
             CHECK(files == first);
         }
@@ -401,4 +401,33 @@ TEST_CASE("form factors that cannot be written leave nothing behind", "[cli][for
     CHECK(ending.exit_code == 2);
     CHECK(ending.errors.find("does not end in .csv, .npz or .bin") != std::string::npos);
     CHECK(workshop.make("f.bin", {"--backend", "both"}).exit_code == 2);
+}
+
+TEST_CASE("form factors are never written over the scene, nor over a table that it reads", "[cli][form_factors]") {
+    const Workshop workshop;
+    const std::string scene = content_of(workshop.folder / "room.json");
+    REQUIRE(workshop.make("room.csv", {"--quality", "draft"}).exit_code == 0);
+    CHECK(content_of(workshop.folder / "room.json") == scene);
+    CHECK(std::filesystem::exists(workshop.folder / "room.description.json"));
+
+    std::string with_table(small_room);
+    const std::string wall = R"("wall": {"reflectance": 0.5})";
+    with_table.replace(with_table.find(wall), wall.size(), R"("wall": {"spectral_reflectance": {"file": "wall.csv"}})");
+    struct Danger {
+        const char* scene;  // its name
+        const char* out;
+    };
+    for (const Danger& danger : {Danger{"f.csv", "f.csv"}, {"f.npz", "f.npz"}, {"f.bin", "f.bin"}, {"f.description.json", "f.csv"},
+                                 {"f.patches.csv", "f.csv"}, {"f.json", "wall.csv"}, {"f.json", "other name of wall.csv"}}) {
+        INFO(danger.scene << " to " << danger.out);
+        const TemporaryFolder folder;
+        write(folder / danger.scene, with_table);
+        write(folder / "wall.csv", "wavelength,value\n400,0.5\n700,0.5\n");
+        std::filesystem::create_hard_link(folder / "wall.csv", folder / "other name of wall.csv");
+        const auto before = files_below(folder.path());
+        const Outcome outcome = run_naturel({"formfactors", (folder / danger.scene).string(), "--quality", "draft", "--out", (folder / danger.out).string()});
+        CHECK(outcome.exit_code == 3);
+        CHECK(outcome.errors.find("would be written over it (give another --out)") != std::string::npos);
+        CHECK(files_below(folder.path()) == before);
+    }
 }

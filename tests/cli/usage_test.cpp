@@ -105,3 +105,35 @@ TEST_CASE("a grid too fine for any machine is refused", "[cli]") {
                                "--grid-spacing", "0.001"}),
                   3, "\"spacing_m\" of \"grid\" larger");
 }
+
+TEST_CASE("no command writes over the scene that it reads", "[cli]") {
+    struct Danger {
+        std::string scene;                   // its name
+        std::vector<std::string> arguments;  // OUT stands for the folder of the scene
+    };
+    std::vector<Danger> dangers{{"zones.json", {"zones", "OUT/zones.json", "--out", "OUT"}},
+                                {"zones.json", {"zones", "OUT/zones.json", "--svg", "--out", "OUT"}},
+                                {"floor_1_plan.svg", {"zones", "OUT/floor_1_plan.svg", "--svg", "--out", "OUT"}},
+                                {"sky.png", {"sky", "OUT/sky.png", "--out", "OUT"}},
+                                {"zones.json", {"run", "OUT/zones.json", "--out", "OUT"}},
+                                {"trace.json", {"run", "OUT/trace.json", "--out", "OUT/run", "--trace", "OUT/trace.json"}},
+                                {"timing.json", {"timing", "OUT/timing.json", "--out", "OUT"}}};
+    for (const std::string& backend : backend_names())
+        dangers.push_back({backend + "/summary.json", {"run", "OUT/" + backend + "/summary.json", "--out", "OUT", "--backend", backend}});
+    if (backend_names().size() > 1) {
+        dangers.push_back({"hemicube_minus_embree.json", {"run", "OUT/hemicube_minus_embree.json", "--out", "OUT"}});
+        dangers.push_back({"comparison.json", {"compare", "OUT/comparison.json", "--out", "OUT"}});
+        dangers.push_back({"points.csv", {"compare", "OUT/points.csv", "--out", "OUT", "--no-sweeps", "--quality", "draft"}});
+    }
+    for (const Danger& danger : dangers) {
+        const TemporaryFolder folder;
+        std::filesystem::create_directories((folder / danger.scene).parent_path());
+        write(folder / danger.scene, small_room);
+        std::vector<std::string> arguments = danger.arguments;
+        for (std::string& argument : arguments)
+            if (argument.starts_with("OUT")) argument.replace(0, 3, folder.path().string());
+        INFO(danger.arguments[0] << ' ' << danger.scene);
+        check_failure(run_naturel(arguments), 3, "would be written over it");
+        CHECK(files_below(folder.path()) == std::map<std::string, std::string>{{danger.scene, std::string(small_room)}});
+    }
+}
