@@ -70,7 +70,8 @@ double Forecast::peak_bytes() const {
 }
 
 Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
-                  std::string_view backend, const BackendOptions& options, IndirectMethod node_indirect) {
+                  std::string_view backend, const BackendOptions& asked, IndirectMethod node_indirect) {
+    const BackendOptions options = settled(asked, grid);
     Forecast f{.rows = grid.gather_patch_count};
     const bool pairwise = backend == "embree" && options.embree.form_factors == FormFactorMethod::pairwise;
     const SamplesPerRow samples = samples_per_row(backend, options, building.facets.size(), f.rows);
@@ -100,7 +101,7 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
 
 std::vector<StageWork> stage_work(const Result& result) {
     const std::string_view backend = result.visibility.name();
-    const BackendOptions& options = result.options.backends;
+    const BackendOptions options = settled(result.options.backends, result.grid);
     if (backend == "embree" && options.embree.target_error > 0.0) return {};
     const std::size_t rows = result.grid.gather_patch_count;
     const SamplesPerRow samples = samples_per_row(backend, options, result.building.facets.size(), rows);
@@ -121,7 +122,7 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
     const Forecast f = forecast(scene, building, grid, sensors.size(), visibility.name(), options.backends,
                                 options.daylight.node_indirect);
     const SamplesPerRow samples =
-        samples_per_row(visibility.name(), options.backends, building.facets.size(), f.rows);
+        samples_per_row(visibility.name(), settled(options.backends, grid), building.facets.size(), f.rows);
     const DaylightOptions& daylight = options.daylight;
     std::string text =
         fmt::format("{}: quality {}, nothing computed\n", visibility.name(), options.quality.name);

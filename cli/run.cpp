@@ -107,7 +107,8 @@ ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backe
 
 }  // namespace
 
-ExitCode run(const RunOptions& options, Progress& progress) {
+ExitCode run(const RunOptions& asked, Progress& progress) {
+    RunOptions options = asked;
     std::optional<WholeFile> trace;
     if (options.trace) {
         trace.emplace(*options.trace);
@@ -136,6 +137,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
     const Primaries primaries(scene.primaries);
+    options.backends = settled(options.backends, grid);  // grids of companions have other numbers of patches
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
     bool converged = true;

@@ -431,3 +431,62 @@ TEST_CASE("form factors are never written over the scene, nor over a table that 
         CHECK(files_below(folder.path()) == before);
     }
 }
+
+TEST_CASE("help shows what the presets choose for form factors", "[cli][form_factors]") {
+    const Outcome outcome = run_naturel({"formfactors", "--help"});
+    CHECK(outcome.exit_code == 0);
+    for (const char* part : {"grid indoors, m", "hemisphere: rays per patch", "pairwise: tolerance", "hemicube: cells along side", "--dry-run", "--target-error"})
+        CHECK(outcome.output.find(part) != std::string::npos);
+    for (const char* part : {"radiosity", "--rays-per-point"})  // what this command has no use for
+        CHECK(outcome.output.find(part) == std::string::npos);
+}
+
+#ifdef NATUREL_HAS_EMBREE
+TEST_CASE("rays are doubled until a row has the error that is asked for", "[cli][form_factors]") {
+    const Workshop workshop;
+    constexpr double target = 0.01;
+    const auto row_errors = [](const Rows& rows) {
+        std::vector<double> errors;
+        for (std::size_t i = 0; i < rows.count(); ++i) {
+            double squares = 0.0;
+            for (std::size_t e = rows.begin[i]; e < rows.begin[i + 1]; ++e) squares += static_cast<double>(rows.error[e]) * static_cast<double>(rows.error[e]);
+            errors.push_back(std::sqrt(squares));
+        }
+        return errors;
+    };
+    REQUIRE(workshop.make("few.bin", {"--rays", "256"}).exit_code == 0);
+    const auto few = row_errors(read_rows(workshop.folder / "few.bin"));
+    REQUIRE(*std::ranges::max_element(few) > target);
+
+    for (const char* threads : {"1", "2"})
+        REQUIRE(workshop.make(std::string(threads) + ".bin", {"--rays", "256", "--target-error", "0.01", "--threads", threads}).exit_code == 0);
+    CHECK(content_of(workshop.folder / "1.bin") == content_of(workshop.folder / "2.bin"));
+    const Rows rows = read_rows(workshop.folder / "1.bin");
+    // Errors in the file are floats.
+    for (const double error : row_errors(rows)) CHECK(error <= target * (1.0 + 1e-6));
+    const auto settings = nlohmann::json::parse(rows.description)["backend"]["settings"];
+    CHECK(settings["target_error"] == "0.01");
+    CHECK(settings["most_rays_per_patch"] == "1048576");
+
+    // Nobody reaches a millionth with so few rays.
+    REQUIRE(workshop.make("most.bin", {"--rays", "256", "--target-error", "1e-6", "--most-rays", "1024"}).exit_code == 0);
+    REQUIRE(workshop.make("1024.bin", {"--rays", "1024"}).exit_code == 0);
+    const Rows most = read_rows(workshop.folder / "most.bin");
+    CHECK(nlohmann::json::parse(most.description)["backend"]["settings"]["most_rays_per_patch"] == "1024");
+    const auto rms = [](const std::vector<double>& errors) {
+        double squares = 0.0;
+        for (const double error : errors) squares += error * error;
+        return std::sqrt(squares / static_cast<double>(errors.size()));
+    };
+    // The same number of rays, differently stratified.
+    const double limited = rms(row_errors(most)), plain = rms(row_errors(read_rows(workshop.folder / "1024.bin")));
+    CHECK(limited < rms(few) / 1.7);
+    CHECK(limited > 0.5 * plain);
+    CHECK(limited < 2.0 * plain);
+
+    const Outcome dry = workshop.make("dry.bin", {"--target-error", "0.01", "--dry-run"});
+    CHECK(dry.output.find("work: at most ") != std::string::npos);
+    CHECK(dry.output.find("time at most about ") != std::string::npos);
+}
+
+#endif

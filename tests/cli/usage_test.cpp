@@ -56,7 +56,7 @@ TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cl
                   "unknown backend \"crystal_ball\" (known: hemicube");
     check_failure(run_naturel({"run", "room.json", "--threads", "0"}), 2, "--threads");
     check_failure(run_naturel({"run", "room.json", "--tolerance", "nan"}), 2, "--tolerance");
-    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a number from 1 to 4096");
+    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a whole number from 1 to 4096");
     check_failure(run_naturel({"run", "room.json", "--seed", "-1"}), 2, "--seed");
     check_failure(run_naturel({"run", "room.json", "--seed", "99999999999999999999999"}), 2,
                   "from 0 to 18446744073709551615");
@@ -136,4 +136,10 @@ TEST_CASE("no command writes over the scene that it reads", "[cli]") {
         check_failure(run_naturel(arguments), 3, "would be written over it");
         CHECK(files_below(folder.path()) == std::map<std::string, std::string>{{danger.scene, std::string(small_room)}});
     }
+}
+
+TEST_CASE("a number that is not whole is answered with the range", "[cli]") {
+    check_failure(run_naturel({"run", "room.json", "--rays", "1e3"}), 2, "\"1e3\" is not a whole number of rays from 1 to 100000000");
+    check_failure(run_naturel({"formfactors", "room.json", "--cells", "64.5"}), 2, "\"64.5\" is not a whole number from 1 to 4096");
+    check_failure(run_naturel({"run", "room.json", "--threads", "2.0"}), 2, "\"2.0\" is not a whole number from 1 to 1024");
 }
