@@ -16,6 +16,7 @@
 #include "cli/glb_writer.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
+#include "cli/leaks.h"
 #include "cli/prepared_scene.h"
 #include "cli/report.h"
 #include "cli/run_account.h"
@@ -43,7 +44,6 @@ void remove_results_of_earlier_run(const std::filesystem::path& out) {
             std::filesystem::remove(comparison_file(out, backend.name, reference.name), absent);
 }
 
-/// What is kept of one backend to compare it with the next.
 /// What a run writes that may have the name of a scene or of a table.
 std::vector<std::filesystem::path> tables_of_run(const std::filesystem::path& out) {
     std::vector<std::filesystem::path> files{out / "zones.json"};
@@ -55,6 +55,7 @@ std::vector<std::filesystem::path> tables_of_run(const std::filesystem::path& ou
     return files;
 }
 
+/// What is kept of one backend to compare it with the next.
 struct SensorTotals {
     ComparedBackend backend;
     std::vector<Sensor> sensors;
@@ -117,11 +118,11 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
     StageClock shared_clock;
     std::vector<SourceFile> sources;
     Scene read = read_scene_file(options, sources);
-    const std::vector<Backend> backends = backends_named(options.backend);
-    if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     const std::vector<std::filesystem::path> files_read = paths_of_sources(options.scene, sources);
     if (options.trace) refuse_to_replace(files_read, std::vector{*options.trace}, "--trace");
     refuse_to_replace(files_read, tables_of_run(options.out));
+    const std::vector<Backend> backends = backends_named(options.backend);
+    if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     shared_clock.end_stage("read scene");
     const bool has_views = !read.views.empty();
     std::optional<ImageWriterOpening> opening;
@@ -136,8 +137,8 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
     shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
-    const Primaries primaries(scene.primaries);
     options.backends = settled(options.backends, grid);  // grids of companions have other numbers of patches
+    const Primaries primaries(scene.primaries);
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
     bool converged = true;
@@ -163,6 +164,7 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
                                    progress);
             clock.end_stage("error estimate");
         }
+        print_at_once(stderr, leak_warning(building, grid, solution.form_factor_quality));
         const Result result{options, scene, building, grid, *visibility, solution, primaries, error};
         const std::vector<SensorSetStatistics> sets = sensor_set_statistics(result);
 

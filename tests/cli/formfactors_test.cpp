@@ -432,6 +432,42 @@ TEST_CASE("form factors are never written over the scene, nor over a table that 
     }
 }
 
+TEST_CASE("form factors that memory cannot hold are refused with what would help", "[cli][form_factors]") {
+    const Workshop workshop;
+    const bool has_embree = backend_names().back() == "embree";
+    // Half a million patches with a row of up to 130000 or 60000 entries each.
+    const Outcome outcome = workshop.make("f.npz", {"--grid-spacing", "0.01", has_embree ? "--rays" : "--cells", has_embree ? "131072" : "1024"});
+    INFO(outcome.errors);
+    CHECK(outcome.exit_code == 3);
+    for (const char* part : {"and this machine has", "--grid-spacing", "\"spacing_m\" of the scene's \"grid\"", has_embree ? "fewer \"--rays\"" : "fewer \"--cells\""})
+        CHECK(outcome.errors.find(part) != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(workshop.folder / "f.npz"));
+}
+
+TEST_CASE("a dry run of form factors tells memory, size and time, and writes nothing", "[cli][form_factors]") {
+    const Workshop workshop;
+    for (const std::string& backend : backend_names()) {
+        const Outcome outcome = workshop.make("somewhere/f.npz", {"--backend", backend, "--dry-run"});
+        INFO(outcome.output);
+        REQUIRE(outcome.exit_code == 0);
+        for (const std::string& part : {backend + ": form factors, quality normal", std::string("grid 1 m indoors"), std::string("memory at most about"),
+                                        std::string("f.npz: at most about"), std::string("work:"), std::string("of one core")})
+            CHECK(outcome.output.find(part) != std::string::npos);
+        CHECK_FALSE(std::filesystem::exists(workshop.folder / "somewhere"));
+    }
+}
+
+TEST_CASE("a scene without a surface indoors has no form factors", "[cli][form_factors]") {
+    const TemporaryFolder folder;
+    write(folder / "plate.json", R"({"naturel": 1, "materials": {"w": {"reflectance": 0.5}},
+        "polygons": [{"id": "plate", "vertices": [[0, 0, 1], [1, 0, 1], [1, 1, 1]], "material": "w", "side": "outdoor"}],
+        "sky": {"model": "uniform", "horizontal_illuminance_lx": 1000}})");
+    const Outcome outcome = run_naturel({"formfactors", (folder / "plate.json").string(), "--out", (folder / "f.csv").string()});
+    CHECK(outcome.exit_code == 3);
+    CHECK(outcome.errors.find("no surface indoors") != std::string::npos);
+    CHECK(files_below(folder.path()).size() == 1);
+}
+
 TEST_CASE("help shows what the presets choose for form factors", "[cli][form_factors]") {
     const Outcome outcome = run_naturel({"formfactors", "--help"});
     CHECK(outcome.exit_code == 0);
@@ -442,6 +478,21 @@ TEST_CASE("help shows what the presets choose for form factors", "[cli][form_fac
 }
 
 #ifdef NATUREL_HAS_EMBREE
+TEST_CASE("pairs are forecast to take longer for a smaller tolerance", "[cli][form_factors]") {
+    const Workshop workshop;
+    double before_s = 0.0;
+    for (const char* tolerance : {"1e-4", "1e-5", "1e-6", "1e-7"}) {
+        const std::string told = workshop.make("f.bin", {"--form-factors", "pairwise", "--grid-spacing", "0.1", "--pair-tolerance", tolerance, "--dry-run"}).output;
+        const std::size_t at = told.find("time about ");
+        REQUIRE(at != std::string::npos);
+        const double minutes_or_s = std::stod(told.substr(at + 11));
+        const double s = told.find(" min of one core") != std::string::npos ? 60.0 * minutes_or_s : minutes_or_s;
+        INFO(told);
+        CHECK(s > before_s);
+        before_s = s;
+    }
+}
+
 TEST_CASE("rays are doubled until a row has the error that is asked for", "[cli][form_factors]") {
     const Workshop workshop;
     constexpr double target = 0.01;
@@ -489,4 +540,26 @@ TEST_CASE("rays are doubled until a row has the error that is asked for", "[cli]
     CHECK(dry.output.find("time at most about ") != std::string::npos);
 }
 
+TEST_CASE("a closed room that loses what its patches see is told of", "[cli][form_factors]") {
+    // A kilometre high and a tenth of a millimetre wide: rays start further from a wall than the other wall is.
+    constexpr std::string_view needle = R"({"naturel": 1, "materials": {"w": {"reflectance": 0.5}}, "polyhedra": [
+        {"id": "shell", "kind": "parallelepiped", "effect": "fill", "material": "w",
+         "vertices": [[-1e-05, -1e-05, 0.99999], [0.00011, -1e-05, 0.99999], [-1e-05, 0.00011, 0.99999], [-1e-05, -1e-05, 1001.00001]]},
+        {"id": "room", "kind": "parallelepiped", "effect": "carve", "material": "w",
+         "vertices": [[0, 0, 1], [0.0001, 0, 1], [0, 0.0001, 1], [0, 0, 1001]]}],
+        "sky": {"model": "uniform", "horizontal_illuminance_lx": 10000}, "grid": {"spacing_m": 100, "zones": false}})";
+    const Workshop workshop;
+    write(workshop.folder / "needle.json", needle);
+    for (const char* command : {"formfactors", "run"}) {
+        INFO(command);
+        const auto out = workshop.folder / (std::string_view(command) == "run" ? "out" : "f.csv");
+        const Outcome outcome = run_naturel({command, (workshop.folder / "needle.json").string(), "--out", out.string()});
+        INFO(outcome.errors);
+        CHECK(outcome.exit_code == 0);
+        CHECK(outcome.errors.find("warning: ") != std::string::npos);
+        CHECK(outcome.errors.find("patches lose more than 1 % of what leaves them") != std::string::npos);
+    }
+    const Outcome sound = workshop.make("f.csv", {"--quality", "draft"});
+    CHECK(sound.errors.find("warning") == std::string::npos);
+}
 #endif
