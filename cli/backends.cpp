@@ -4,6 +4,12 @@
 
 namespace naturel {
 
+BackendOptions settled(BackendOptions options, const PatchGrid& grid) {
+    if (options.embree.form_factors == FormFactorMethod::pairwise && grid.gather_patch_count > options.most_patches_for_pairs)
+        options.embree.form_factors = FormFactorMethod::hemisphere;
+    return options;
+}
+
 const std::vector<Backend>& all_backends() {
     static const std::vector<Backend> backends{
         {"hemicube", "",
@@ -13,7 +19,7 @@ const std::vector<Backend>& all_backends() {
 #ifdef NATUREL_EMBREE_VERSION
         {"embree", "Embree " NATUREL_EMBREE_VERSION,
          [](const Building& building, const PatchGrid& grid, const BackendOptions& options) {
-             return make_embree_visibility(building, grid, options.embree);
+             return make_embree_visibility(building, grid, settled(options, grid).embree);
          }},
 #endif
     };

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,7 +16,12 @@ namespace naturel {
 struct BackendOptions {
     HemicubeOptions hemicube;
     EmbreeOptions embree;  ///< plain data: known also to a program built without Embree
+    /// embree: pairs give way to rays where there are more patches; a preset may choose that, nobody who asks for pairs gets it.
+    std::size_t most_patches_for_pairs = std::numeric_limits<std::size_t>::max();
 };
+
+/// The options in force on a grid. Backends, forecasts and settings take them by themselves.
+BackendOptions settled(BackendOptions options, const PatchGrid& grid);
 
 /// One visibility method built into this program.
 struct Backend {

@@ -12,6 +12,7 @@
 #include "cli/comparison_report.h"
 #include "cli/comparison_writer.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/json_text.h"
 #include "cli/prepared_scene.h"
 #include "core/colour_difference.h"
@@ -109,7 +110,10 @@ ExitCode compare(const CompareOptions& options, Progress& progress) {
     const std::vector<Backend> rays = backends_named("embree");
     if (rays.empty())
         throw InputError("compare", "this program was built without Embree: there is nothing to compare the projection with");
-    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
+    std::vector<std::filesystem::path> files_read;
+    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m, files_read);
+    const auto keep_from = [&](const std::filesystem::path& name) { refuse_to_replace(files_read, std::vector{options.out / name}); };
+    for (const char* name : {"comparison.json", "report.html"}) keep_from(name);
     if (read.sensors.empty())
         throw InputError(options.scene.string(), "/sensors: there are none (illuminance is compared at sensors: give a grid or points)");
     make_writable_folder(options.out);
@@ -144,9 +148,11 @@ ExitCode compare(const CompareOptions& options, Progress& progress) {
     const Comparison comparison{options, scene, building, grid, visibilities, budget, form_factors, sweeps, pictures};
 
     const nlohmann::ordered_json json = comparison_json(comparison);
+    const auto tables = comparison_tables(comparison);
+    for (const auto& [name, text] : tables) keep_from(name);
     std::error_code absent;
     std::filesystem::remove(options.out / "comparison.json", absent);
-    for (const auto& [name, text] : comparison_tables(comparison)) write_file(options.out / name, text);
+    for (const auto& [name, text] : tables) write_file(options.out / name, text);
     make_writable_folder(options.out / "figures");
     for (const auto& [name, svg] : comparison_figures(json)) write_file(options.out / "figures" / name, svg);
     write_file(options.out / "report.html", comparison_report(json));

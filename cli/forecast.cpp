@@ -26,24 +26,27 @@ double hemicube_cells(const BackendOptions& options) {
     return side * side + (options.hemicube.surface == ProjectionSurface::hemicube ? 4.0 * side * std::ceil(0.5 * side) : 0.0);
 }
 
+/// CPU time of a pair of patches: what is between them is looked for among the facets; what is partly visible is divided until the
+/// tolerance is met, more often where there are many of them.
+double pair_seconds(double facets, double tolerance) {
+    // Measured with up to 732 facets: docs/method.md, "Forecasts".
+    return 1.3e-8 * facets + 2.6e-10 * facets * std::min(facets, 1500.0) * std::pow(1e-5 / tolerance, 0.85);
+}
+
 SamplesPerRow samples_per_row(std::string_view backend, const BackendOptions& options, std::size_t facets, std::size_t rows) {
     // Measured: docs/method.md, "Forecasts".
     if (backend == "embree") {
         if (options.embree.form_factors == FormFactorMethod::pairwise) {
             const double all = static_cast<double>(rows);
-            return {0.5 * std::max(0.0, all - 1.0), all, "pairs", std::clamp(2.5e-8 * static_cast<double>(facets), 5e-7, 5e-6)};
+            return {0.5 * std::max(0.0, all - 1.0), all, "pairs", pair_seconds(static_cast<double>(facets), options.embree.pair_tolerance)};
         }
         const auto in_rays = [](int rays) { return 256.0 * std::ceil(rays / 256.0); };
-        return {in_rays(options.embree.rays_per_patch), in_rays(options.embree.rays_per_point), "rays",
+        const int patch_rays = options.embree.target_error > 0.0 ? options.embree.most_rays_per_patch : options.embree.rays_per_patch;
+        return {in_rays(patch_rays), in_rays(options.embree.rays_per_point), "rays",
                 5e-8 + 1.7e-8 * std::log2(static_cast<double>(facets + 1))};
     }
     const double cells = hemicube_cells(options);
     return {cells * options.hemicube.viewpoints, cells, "cells", 6e-9};
-}
-
-std::string in_millions(double number) {
-    return number < 1e9 ? fmt::format("{:.3g} million", number / 1e6)
-                        : fmt::format("{:.3g} billion", number / 1e9);
 }
 
 /// CPU time of the direct light on a point.
@@ -55,6 +58,15 @@ double direct_point_seconds(const Scene& scene, std::string_view backend, const 
 }
 
 }  // namespace
+
+std::string in_millions(double number) {
+    return number < 1e9 ? fmt::format("{:.3g} million", number / 1e6)
+                        : fmt::format("{:.3g} billion", number / 1e9);
+}
+
+std::string_view at_most(std::string_view backend, const BackendOptions& options) {
+    return backend == "embree" && options.embree.target_error > 0.0 ? "at most " : "";
+}
 
 std::string in_bytes(double bytes) {
     return bytes < 1e9 ? fmt::format("{:.0f} MB", std::ceil(bytes / 1e6)) : fmt::format("{:.1f} GB", bytes / 1e9);
@@ -70,7 +82,8 @@ double Forecast::peak_bytes() const {
 }
 
 Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
-                  std::string_view backend, const BackendOptions& options, IndirectMethod node_indirect) {
+                  std::string_view backend, const BackendOptions& asked, IndirectMethod node_indirect) {
+    const BackendOptions options = settled(asked, grid);
     Forecast f{.rows = grid.gather_patch_count};
     const bool pairwise = backend == "embree" && options.embree.form_factors == FormFactorMethod::pairwise;
     const SamplesPerRow samples = samples_per_row(backend, options, building.facets.size(), f.rows);
@@ -80,6 +93,8 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
     const double in_view = 0.65 * static_cast<double>(f.rows);
     f.usual_entries = static_cast<double>(f.rows) * in_view * (pairwise || in_view == 0.0 ? 1.0 : 1.0 - std::exp(-samples.patch / in_view));
     f.form_factor_bytes = forecast_memory_bytes(f.rows, static_cast<double>(f.longest_row));
+    f.samples = samples.patch * static_cast<double>(f.rows);
+    f.sample_unit = samples.unit;
     f.form_factor_seconds = samples.seconds * samples.patch * static_cast<double>(f.rows);
     std::size_t gathered = sensors;
     if (node_indirect == IndirectMethod::gather) gathered += grid.nodes.size();
@@ -100,7 +115,7 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
 
 std::vector<StageWork> stage_work(const Result& result) {
     const std::string_view backend = result.visibility.name();
-    const BackendOptions& options = result.options.backends;
+    const BackendOptions options = settled(result.options.backends, result.grid);
     if (backend == "embree" && options.embree.target_error > 0.0) return {};
     const std::size_t rows = result.grid.gather_patch_count;
     const SamplesPerRow samples = samples_per_row(backend, options, result.building.facets.size(), rows);
@@ -121,7 +136,7 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
     const Forecast f = forecast(scene, building, grid, sensors.size(), visibility.name(), options.backends,
                                 options.daylight.node_indirect);
     const SamplesPerRow samples =
-        samples_per_row(visibility.name(), options.backends, building.facets.size(), f.rows);
+        samples_per_row(visibility.name(), settled(options.backends, grid), building.facets.size(), f.rows);
     const DaylightOptions& daylight = options.daylight;
     std::string text =
         fmt::format("{}: quality {}, nothing computed\n", visibility.name(), options.quality.name);
@@ -153,14 +168,14 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
     double gathered = static_cast<double>(sensors.size());
     if (daylight.node_indirect == IndirectMethod::gather) gathered += static_cast<double>(grid.nodes.size());
     text += fmt::format(
-        "  work: {} {} for form factors, {} for interreflected light at points; direct light at {} "
+        "  work: {}{} {} for form factors, {} for interreflected light at points; direct light at {} "
         "points{}\n",
-        in_millions(samples.patch * static_cast<double>(f.rows)), samples.unit,
+        at_most(visibility.name(), options.backends), in_millions(f.samples), f.sample_unit,
         in_millions(samples.point * gathered), grid.nodes.size() + sensors.size(),
         options.error_estimate ? "; about a quarter more for the error estimate" : "");
     text += fmt::format(
-        "  time about {} of one core (form factors {}, interreflected light at points {}, direct light {}; zones and grid apart)\n",
-        in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds), in_time(f.direct_seconds));
+        "  time {}about {} of one core (form factors {}, interreflected light at points {}, direct light {}; zones and grid apart)\n",
+        at_most(visibility.name(), options.backends), in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds), in_time(f.direct_seconds));
     return text;
 }
 

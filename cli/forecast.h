@@ -13,6 +13,8 @@ struct Forecast {
     std::size_t rows = 0;         ///< of form factors
     double usual_entries = 0.0;   ///< of all rows, in a room most of which is seen from everywhere
     std::size_t longest_row = 0;  ///< entries, at most
+    double samples = 0.0;         ///< for all rows; with a target error at most
+    std::string_view sample_unit{};
     double form_factor_bytes = 0.0, light_bytes = 0.0, table_bytes = 0.0, picture_bytes = 0.0;
     /// CPU time on the machine of docs/method.md, "Forecasts"; the half or the double is possible.
     double form_factor_seconds = 0.0, gather_seconds = 0.0, direct_seconds = 0.0;
@@ -36,6 +38,10 @@ std::vector<StageWork> stage_work(const Result& result);
 /// "12 MB", "3.4 GB"; "5 s", "3 min", "2.5 h".
 std::string in_bytes(double bytes);
 std::string in_time(double seconds);
+/// "1.23 million", "4.5 billion".
+std::string in_millions(double number);
+/// "at most ", where work goes on until an error is small enough; else nothing.
+std::string_view at_most(std::string_view backend, const BackendOptions& options);
 
 /// Throws InputError when a run needs more memory than there is. Asks for a sample of the rows only where rows that see
 /// everything would not fit.

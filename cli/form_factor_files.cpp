@@ -179,26 +179,28 @@ void write_binary(WholeFile& file, const FormFactorTable& table) {
 
 }  // namespace
 
-std::vector<std::filesystem::path> write_form_factor_files(const std::filesystem::path& file, const FormFactorTable& table) {
-    std::vector<std::filesystem::path> names;
-    std::vector<std::unique_ptr<WholeFile>> files;
-    const auto add = [&](const std::filesystem::path& name) -> WholeFile& {
-        names.push_back(name);
-        files.push_back(std::make_unique<WholeFile>(name));
-        return *files.back();
+std::vector<std::filesystem::path> names_of_form_factor_files(const std::filesystem::path& file) {
+    if (file.extension() != ".csv") return {file};
+    const auto beside = [&](const char* ending) {
+        std::filesystem::path name = file;
+        return name.replace_extension(ending);
     };
+    // Not plain .json: room.csv is a likely name where the scene is room.json.
+    return {beside(".patches.csv"), beside(".description.json"), file};
+}
+
+std::vector<std::filesystem::path> write_form_factor_files(const std::filesystem::path& file, const FormFactorTable& table) {
+    std::vector<std::filesystem::path> names = names_of_form_factor_files(file);
+    std::vector<std::unique_ptr<WholeFile>> files;
+    for (const std::filesystem::path& name : names) files.push_back(std::make_unique<WholeFile>(name));
     if (file.extension() == ".csv") {
-        const auto beside = [&](const char* ending) {
-            std::filesystem::path name = file;
-            return name.replace_extension(ending);
-        };
-        write_patches_csv(add(beside(".patches.csv")), table);
-        add(beside(".json")).write(table.description);
-        write_entries_csv(add(file), table.form_factors);
+        write_patches_csv(*files[0], table);
+        files[1]->write(table.description);
+        write_entries_csv(*files[2], table.form_factors);
     } else if (file.extension() == ".npz") {
-        write_npz(add(file), table);
+        write_npz(*files[0], table);
     } else {
-        write_binary(add(file), table);
+        write_binary(*files[0], table);
     }
     for (const auto& whole : files)
         whole->close();

@@ -18,6 +18,9 @@ struct FormFactorTable {
     const std::string& description;               ///< JSON: program, scene, backend, options, statistics
 };
 
+/// The files that are written where a table goes to one of that name, the named one last.
+std::vector<std::filesystem::path> names_of_form_factor_files(const std::filesystem::path& file);
+
 /// Writes the table as the ending of the name says: .csv, .npz or .bin (docs/form_factor_files.md). Returns the files that it
 /// wrote, each whole or not at all, the named one last. Throws InputError.
 std::vector<std::filesystem::path> write_form_factor_files(const std::filesystem::path& file, const FormFactorTable& table);

@@ -10,9 +10,12 @@
 
 #include "cli/choices.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/forecast.h"
 #include "cli/form_factor_files.h"
 #include "cli/json_text.h"
+#include "cli/leaks.h"
+#include "cli/physical_memory.h"
 #include "cli/prepared_scene.h"
 #include "core/errors.h"
 #include "core/parallel.h"
@@ -114,18 +117,74 @@ std::string description(const FormFactorsOptions& options, const Scene& scene, c
                       {"worst_error", s.has_errors ? Json(s.worst_error) : Json()}});
 }
 
+/// The most that this command has in memory at a time, where a row has so many entries.
+double memory_bytes(const FormFactorsOptions& options, const PatchGrid& grid, double row_length) {
+    // Of an entry: column, value and error, twice while rows are joined, or once with the transpose. A repair has more.
+    constexpr double joined_bytes = 2.0 * (sizeof(std::uint32_t) + sizeof(double) + sizeof(float));
+    const auto rows = static_cast<double>(grid.gather_patch_count);
+    const double entries_bytes = options.repair == FormFactorRepair::none ? joined_bytes * rows * row_length
+                                                                          : forecast_memory_bytes(grid.gather_patch_count, row_length) +
+                                                                                sizeof(float) * rows * row_length;
+    // Patch, nodes, and what the file says of a row.
+    return entries_bytes + static_cast<double>(grid.patches.size()) * sizeof(Patch) + static_cast<double>(grid.nodes.size()) * sizeof(Node) + 250.0 * rows;
+}
+
+void refuse_too_many_entries(const FormFactorsOptions& options, const Forecast& f, const Visibility& visibility, const PatchGrid& grid,
+                             Progress& progress) {
+    const double memory = physical_memory_bytes();
+    if (memory_bytes(options, grid, static_cast<double>(f.longest_row)) <= memory) return;
+    const double needed = memory_bytes(options, grid, sample_form_factors(visibility, grid, progress).mean_row_length);
+    if (needed <= memory) return;
+    const std::string_view fewer = visibility.name() == "hemicube"     ? "; fewer \"--cells\" need less, too"
+                                   : f.sample_unit == "rays" ? "; fewer \"--rays\" need less, too"
+                                                             : "; \"--form-factors hemisphere\" needs less, too";
+    throw InputError("", fmt::format("the form factors of {} patches need about {} of memory, and this machine has {} (a coarser grid needs less: "
+                                     "a larger \"--grid-spacing\", or \"spacing_m\" of the scene's \"grid\"{})",
+                                     f.rows, in_bytes(needed), in_bytes(memory), fewer));
+}
+
+std::string dry_run_text(const FormFactorsOptions& options, const Forecast& f, const Visibility& visibility, const PreparedScene& prepared) {
+    const PatchGrid& grid = prepared.grid;
+    const BackendOptions in_force = settled(options.backends, grid);
+    std::string text = fmt::format("{}: form factors, quality {}, nothing computed\n", visibility.name(), options.quality.name);
+    text += fmt::format("  {} facets, {} patches ({} indoors, {} in apertures), grid {:.4g} m indoors; form factors repaired: {}\n",
+                        prepared.building.facets.size(), f.rows, grid.indoor_patch_count, grid.gather_patch_count - grid.indoor_patch_count,
+                        prepared.scene.grid.spacing_m, name_of(form_factor_repairs, options.repair));
+    text += "  settings:";
+    for (const auto& [name, value] : visibility.settings()) text += fmt::format(" {} {};", name, value);
+    text.back() = '\n';
+    // A line of CSV takes 40 bytes where the numbers have all their digits; an entry of the others 12, and 4 for an error.
+    const double entry_bytes = options.out.extension() == ".csv" ? 40.0 : 16.0;
+    text += fmt::format("  memory at most about {} ({} rows of at most {} entries); this machine has {}\n",
+                        in_bytes(memory_bytes(options, grid, static_cast<double>(f.longest_row))), f.rows, f.longest_row,
+                        in_bytes(physical_memory_bytes()));
+    text += fmt::format("  {}: at most about {}, {} if most of the room is seen from everywhere\n", options.out.string(),
+                        in_bytes(entry_bytes * static_cast<double>(f.rows) * static_cast<double>(f.longest_row)), in_bytes(entry_bytes * f.usual_entries));
+    text += fmt::format("  work: {}{} {}; time {}about {} of one core\n", at_most(visibility.name(), in_force), in_millions(f.samples), f.sample_unit,
+                        at_most(visibility.name(), in_force), in_time(f.form_factor_seconds));
+    return text;
+}
+
 }  // namespace
 
 void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     const auto start = std::chrono::steady_clock::now();
-    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m);
-    make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
+    std::vector<std::filesystem::path> files_read;
+    Scene read = read_scene_file(options.scene, options.quality, options.grid_spacing_m, files_read);
+    refuse_to_replace(files_read, names_of_form_factor_files(options.out));
+    if (!options.dry_run) make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress);
     const auto& [scene, building, sun, zones, grid] = prepared;
     const std::unique_ptr<Visibility> visibility =
         backends_named(options.backend).front().make(building, grid, options.backends);
-    refuse_what_memory_cannot_hold(forecast(scene, building, grid, 0, options.backend, options.backends, IndirectMethod::patch),
-                                   *visibility, grid, progress);
+    if (grid.gather_patch_count == 0)
+        throw InputError(options.scene.string(), "no surface indoors: there are no form factors (carve a room into a solid, or give polygons that enclose one)");
+    const Forecast work = forecast(scene, building, grid, 0, options.backend, options.backends, IndirectMethod::patch);
+    if (options.dry_run) {
+        print_at_once(stdout, dry_run_text(options, work, *visibility, prepared));
+        return;
+    }
+    refuse_too_many_entries(options, work, *visibility, grid, progress);
     const FormFactors f = compute_form_factors(*visibility, grid, {.repair = options.repair, .errors = true}, progress);
 
     std::vector<double> row_sum(f.row_count());
@@ -139,8 +198,8 @@ void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     std::string text = account(*visibility, f, statistics);
     for (const std::filesystem::path& file : write_form_factor_files(options.out, {building, grid, f, row_sum, gaps, described}))
         text += fmt::format("  written to {}\n", file.string());
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
+    print_at_once(stdout, text);
+    print_at_once(stderr, leak_warning(building, grid, f.quality));
     if (!options.quiet)
         fmt::print(stderr, "{}, threads {}; {:.2f} s\n", visibility->name(), options.threads,
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());

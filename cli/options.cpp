@@ -49,17 +49,22 @@ CLI::Validator whole_number() {
         "", "");
 }
 
-/// More rays take hours for one patch, and tell nothing that the noise of the others does not hide.
-CLI::Validator ray_count() {
-    constexpr double most = 1e8;
+/// Refuses what is no whole number in [low, high]; CLI11 would answer "1e3" without a word of what is right.
+CLI::Validator whole_within(std::int64_t low, std::int64_t high, const std::string& what = "whole number") {
     return CLI::Validator(
         [=](std::string& text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value >= 1.0 && value <= most
+            std::int64_t value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            return error == std::errc() && end == text.data() + text.size() && value >= low && value <= high
                        ? std::string()
-                       : fmt::format("\"{}\" is not a number of rays from 1 to {:.0f}", text, most);
+                       : fmt::format("\"{}\" is not a {} from {} to {}", text, what, low, high);
         },
         "", "");
+}
+
+/// More rays take hours for one patch, and tell nothing that the noise of the others does not hide.
+CLI::Validator ray_count() {
+    return whole_within(1, 100'000'000, "whole number of rays");
 }
 
 /// A square of half side d at height h catches (4 / pi) s atan(s) of the view, s = (d/h) / sqrt(1 + (d/h)^2):
@@ -112,7 +117,7 @@ void add_scene(CLI::App& app, std::filesystem::path& scene) {
 void add_threads(CLI::App& app, int& threads) {
     app.add_option("--threads", threads, "number of threads; results do not depend on it")
         ->type_name("N")
-        ->check(within(1, 1024));
+        ->check(whole_within(1, 1024));
 }
 
 CLI::Option* add_grid_spacing(CLI::App& app, std::optional<double>& spacing_m) {
@@ -276,7 +281,7 @@ CLI::Option* add_cells(CLI::App& app, HemicubeOptions& hemicube) {
     return app
         .add_option("--cells", hemicube.resolution, "cells along a side of the square or of the top of the hemi-cube")
         ->type_name("N")
-        ->check(within(1, 4096))
+        ->check(whole_within(1, 4096))
         ->group(hemicube_group);
 }
 
@@ -299,7 +304,7 @@ void add_projection_options(CLI::App& app, HemicubeOptions& hemicube) {
     app.add_option("--viewpoints", hemicube.viewpoints,
                    "points of a patch from which its form factors are taken; 1: its centroid")
         ->type_name("N")
-        ->check(within(1, 4096))
+        ->check(whole_within(1, 4096))
         ->group(hemicube_group);
     app.add_flag_callback(
            "--fixed-rotation", [&hemicube] { hemicube.random_rotation = false; },
@@ -337,6 +342,17 @@ void add_backend_options(CLI::App& app, BackendOptions& backends, std::uint64_t&
         .add(app.add_option("--rays-per-point", embree.rays_per_point,
                             "hemisphere: rays per sensor for interreflected light, rounded up to a multiple of 256"),
              embree.rays_per_point, &QualityPreset::rays_per_point)
+        ->type_name("N")
+        ->check(ray_count())
+        ->group(embree_group);
+    app.add_option("--target-error", embree.target_error,
+                   "hemisphere: double the rays of each patch until the estimated error of its row (the root of the sum of the squares "
+                   "of its errors) is no larger; unless given, all patches have as many")
+        ->type_name("X")
+        ->default_str("")
+        ->check(within(1e-6, 1.0))
+        ->group(embree_group);
+    app.add_option("--most-rays", embree.most_rays_per_patch, "hemisphere: rays per patch at which a target error is given up")
         ->type_name("N")
         ->check(ray_count())
         ->group(embree_group);
@@ -393,7 +409,7 @@ void add_batch_options(CLI::App& app, BatchOptions& options) {
         ->type_name("I/N")
         ->group(group);
     add_choice(app, "--print", options.print, job_scripts, "write a script that runs the study in shards to stdout, and compute nothing")->group(group);
-    app.add_option("--shards", options.shards, "of that script")->type_name("N")->check(within(1, 100000))->group(group);
+    app.add_option("--shards", options.shards, "of that script")->type_name("N")->check(whole_within(1, 100000))->group(group);
     add_cache(app, options.cache);
 }
 
@@ -461,7 +477,7 @@ void add_run_options(CLI::App& app, RunOptions& options, std::uint64_t& seed, Ac
     app.add_option("--max-iterations", options.daylight.radiosity.max_iterations,
                    "iterations after which radiosity gives up (exit code 4)")
         ->type_name("N")
-        ->check(within(1, 1e9))
+        ->check(whole_within(1, 1'000'000'000))
         ->group(light_group);
 
     add_backend_options(app, options.backends, seed, accuracy);
@@ -480,8 +496,8 @@ void add_timing_options(CLI::App& app, TimingOptions& options, std::uint64_t& se
     app.add_option("--threads", options.threads, "numbers of threads, parted by commas")
         ->type_name("N,N,...")
         ->delimiter(',')
-        ->check(within(1, 1024));
-    app.add_option("--repeat", options.repeats, "runs with each number of threads")->type_name("N")->check(within(1, 1000));
+        ->check(whole_within(1, 1024));
+    app.add_option("--repeat", options.repeats, "runs with each number of threads")->type_name("N")->check(whole_within(1, 1000));
     app.add_flag("--weak", options.weak, "also with a grid of as many patches per thread as the first number of threads has");
 }
 
@@ -501,11 +517,11 @@ void add_render_options(CLI::App& app, RenderOptions& options) {
     app.add_flag("--quiet", options.quiet, "no progress on the terminal");
     constexpr auto view_group = "Instead of what the views say";
     app.add_option("--width", options.width, "of the pictures; their height follows unless given")
-        ->type_name("PIXELS")->check(within(1, most_pixels_per_side))->group(view_group);
+        ->type_name("PIXELS")->check(whole_within(1, most_pixels_per_side))->group(view_group);
     app.add_option("--height", options.height, "of the pictures; their width follows unless given")
-        ->type_name("PIXELS")->check(within(1, most_pixels_per_side))->group(view_group);
+        ->type_name("PIXELS")->check(whole_within(1, most_pixels_per_side))->group(view_group);
     app.add_option("--samples", options.samples, "rays along each side of a pixel")
-        ->type_name("N")->check(within(1, 16))->group(view_group);
+        ->type_name("N")->check(whole_within(1, 16))->group(view_group);
     add_picture_overrides(app, options.picture);
     add_picture_files(app, options.picture_files);
 }
@@ -522,8 +538,10 @@ void add_check_options(CLI::App& app, CheckOptions& options, std::uint64_t& seed
 void add_form_factors_options(CLI::App& app, FormFactorsOptions& options, std::uint64_t& seed,
                               AccuracyOptions& accuracy) {
     options.backends = backend_options(options.quality);
+    app.footer(form_factor_quality_table());
     add_scene(app, options.scene);
-    add_quality(app, options.quality, "chooses the grid and every option of the backend that is not given");
+    add_quality(app, options.quality, "chooses the grid and every option of the backend that is not given: see the table below");
+    app.add_flag("--dry-run", options.dry_run, "print what would be computed, with which options, memory and work, and compute nothing");
     add_backend(app, options.backend, single_backends());
     app.add_option("--out", options.out,
                    "file for the form factors; its ending says how: .csv, .npz (numpy, scipy) or .bin "
@@ -542,27 +560,73 @@ void add_form_factors_options(CLI::App& app, FormFactorsOptions& options, std::u
     add_form_factor_repair(app, options.repair, "Options");
     add_grid_spacing(app, options.grid_spacing_m)->group(scene_group);
     add_backend_options(app, options.backends, seed, accuracy);
+    app.get_option("--rays-per-point")->group("");
+}
+
+/// An option that only one backend, or one of its methods, looks at.
+struct OwnedOption {
+    const char* name;
+    std::string_view backend;
+    std::optional<FormFactorMethod> method{};
+};
+constexpr std::array owned_options{
+    OwnedOption{"--form-factors", "embree"},
+    OwnedOption{"--pair-tolerance", "embree", FormFactorMethod::pairwise},
+    OwnedOption{"--rays", "embree", FormFactorMethod::hemisphere},
+    OwnedOption{"--rays-per-point", "embree", FormFactorMethod::hemisphere},
+    OwnedOption{"--target-error", "embree", FormFactorMethod::hemisphere},
+    OwnedOption{"--most-rays", "embree", FormFactorMethod::hemisphere},
+    OwnedOption{"--cells", "hemicube"},
+    OwnedOption{"--projection", "hemicube"},
+    OwnedOption{"--half-side-over-height", "hemicube"},
+    OwnedOption{"--spacing", "hemicube"},
+    OwnedOption{"--rim", "hemicube"},
+    OwnedOption{"--viewpoints", "hemicube"},
+    OwnedOption{"--fixed-rotation", "hemicube"},
+};
+
+/// What is done about options of a backend that is not the chosen one.
+enum class ForeignOptions { refused, left_alone };
+
+void refuse_unused(const CLI::App& command, std::string_view backend, FormFactorMethod method, ForeignOptions foreign, std::string_view quality) {
+    const auto given = [&](const char* name) { return command.get_option(name)->count() > 0; };
+    for (const OwnedOption& option : owned_options) {
+        if (!given(option.name)) continue;
+        if (backend != option.backend && backend != "both") {
+            if (foreign == ForeignOptions::left_alone) continue;
+            throw CLI::ValidationError(option.name, fmt::format("is for the backend {}, and this is {} (leave it out, or give \"--backend {}\", too)",
+                                                                option.backend, backend, option.backend));
+        }
+        if (!option.method || *option.method == method) continue;
+        const std::string by_preset = given("--form-factors") ? std::string() : fmt::format("; quality \"{}\" takes {}", quality,
+                                                                                            method == FormFactorMethod::pairwise ? "pairs" : "rays");
+        throw CLI::ValidationError(option.name,
+                                   method == FormFactorMethod::pairwise
+                                       ? fmt::format("pairs of patches need no rays (give \"--form-factors hemisphere\", too{})", by_preset)
+                                       : fmt::format("rays are cast without a tolerance (give \"--form-factors pairwise\", too{})", by_preset));
+    }
 }
 
 /// Options that the preset chooses take its values, unless given; those that would have no effect are refused.
 template <class Options>
-void finish(const CLI::App& command, const AccuracyOptions& accuracy, Options& options, std::uint64_t seed) {
+void finish(const CLI::App& command, const AccuracyOptions& accuracy, Options& options, std::uint64_t seed,
+            ForeignOptions foreign = ForeignOptions::refused) {
     accuracy.take_from(options.quality);
     options.backends.hemicube.seed = seed;
     options.backends.embree.seed = seed;
-    if (!command.parsed() || options.backend == "hemicube") return;
-    if (options.backends.embree.form_factors == FormFactorMethod::pairwise) {
-        for (const char* name : {"--rays", "--rays-per-point"})
-            if (command.get_option(name)->count() > 0)
-                throw CLI::ValidationError(
-                    name, fmt::format("pairs of patches need no rays (give \"--form-factors hemisphere\", too{})",
-                                      command.get_option("--form-factors")->count() > 0
-                                          ? std::string()
-                                          : fmt::format("; quality \"{}\" takes pairs", options.quality.name)));
-    } else if (command.get_option("--pair-tolerance")->count() > 0) {
-        throw CLI::ValidationError("--pair-tolerance",
-                                   "rays are cast without a tolerance (give \"--form-factors pairwise\", too)");
-    }
+    options.backends.most_patches_for_pairs = options.quality.most_patches_for_pairs;
+    if (!command.parsed()) return;
+    EmbreeOptions& embree = options.backends.embree;
+    refuse_unused(command, options.backend, embree.form_factors, foreign, options.quality.name);
+    const auto given = [&](const char* name) { return command.get_option(name)->count() > 0; };
+    if (given("--form-factors") || given("--pair-tolerance")) options.backends.most_patches_for_pairs = any_number;
+    if (given("--most-rays") && !given("--target-error"))
+        throw CLI::ValidationError("--most-rays", "limits how often rays are doubled to reach a target error (give \"--target-error\", too)");
+    if (given("--most-rays") && embree.most_rays_per_patch < embree.rays_per_patch)
+        throw CLI::ValidationError("--most-rays", fmt::format("{} are fewer than the {} rays that every patch begins with (give fewer \"--rays\")",
+                                                              embree.most_rays_per_patch, embree.rays_per_patch));
+    // The default limits a search; rays that are asked for are no search.
+    embree.most_rays_per_patch = std::max(embree.most_rays_per_patch, embree.rays_per_patch);
 }
 
 void add_compare_options(CLI::App& app, CompareOptions& options) {
@@ -584,7 +648,7 @@ void add_compare_options(CLI::App& app, CompareOptions& options) {
         ->check(within(1e-6, 0.1));
     app.add_flag_callback("--no-sweeps", [&options] { options.sweeps = false; },
                           "do not vary cells, d/h, spacing, viewpoints and rays");
-    app.add_option("--repeat", options.repeats, "times each cost is measured")->type_name("N")->check(within(1, 99));
+    app.add_option("--repeat", options.repeats, "times each cost is measured")->type_name("N")->check(whole_within(1, 99));
     add_cells(app, options.backends.hemicube);
     add_projection_options(app, options.backends.hemicube);
     app.add_flag_callback("--random-rotation", [&options] { options.backends.hemicube.random_rotation = true; },
@@ -636,7 +700,7 @@ void add_sky_options(CLI::App& app, SkyOptions& options) {
     app.add_option("--out", options.out, "folder for sky.png")->type_name("DIR");
     app.add_option("--size", options.size, "diameter of the dome in the picture, pixels")
         ->type_name("N")
-        ->check(within(64, 8192));
+        ->check(whole_within(64, 8192));
     app.add_option("--maximum", options.maximum_cd_m2, "luminance at the end of the colours, cd/m2")
         ->type_name("X")
         ->check(within(1e-6, 1e12));
@@ -704,7 +768,8 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
     try {
         std::ranges::reverse(arguments);  // CLI11 takes them from the back
         app.parse(arguments);
-        finish(app, accuracy, run, seed);
+        // A study that varies the backend gives the options of both.
+        finish(app, accuracy, run, seed, ForeignOptions::left_alone);
     } catch (const CLI::ParseError& error) {
         throw InputError("", error.what());
     }
@@ -789,6 +854,8 @@ parse_command_line(int argc, const char* const* argv) {
         finish(*run_command, accuracy, run, seed);
         finish(*timing_command, timing_accuracy, timing.run, seed);
         finish(*check_command, check_accuracy, check, seed);
+        if (form_factors_command->count("--rays-per-point") > 0)
+            throw CLI::ValidationError("--rays-per-point", "is for light at points, and this command has none (\"--rays\" are those of a patch)");
         finish(*form_factors_command, form_factors_accuracy, form_factors, seed);
     } catch (const CLI::ParseError& error) {
         return app.exit(error, std::cout, std::cerr) == 0 ? ExitCode::done : ExitCode::wrong_usage;

@@ -110,6 +110,7 @@ struct FormFactorsOptions {
     std::filesystem::path scene;
     std::string backend = default_backend();  ///< one
     std::filesystem::path out = "form_factors.csv";  ///< its ending chooses the format
+    bool dry_run = false;  ///< as RunOptions::dry_run
     int threads = 1;  ///< as RunOptions::threads
     bool quiet = false;
     QualityPreset quality = normal_quality;  ///< as RunOptions::quality

@@ -2,15 +2,24 @@
 
 #include <utility>
 
+#include "cli/files_read.h"
 #include "core/errors.h"
 #include "core/scene_reader.h"
 
 namespace naturel {
 
-Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m) {
-    Scene scene = read_scene(file, scene_defaults(quality));
+Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m,
+                      std::vector<std::filesystem::path>& read) {
+    std::vector<SourceFile> sources;
+    Scene scene = read_scene_with_sources(file, scene_defaults(quality), sources);
+    read = paths_of_sources(file, sources);
     if (grid_spacing_m) scene.grid.spacing_m = *grid_spacing_m;
     return scene;
+}
+
+Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m) {
+    std::vector<std::filesystem::path> read;
+    return read_scene_file(file, quality, grid_spacing_m, read);
 }
 
 void replace_by_options(Scene& scene, const RunOptions& options) {

@@ -23,7 +23,9 @@ struct PreparedScene {
 };
 
 /// A scene file with the defaults of a preset.
-/// grid_spacing_m: replaces what the file says.
+/// grid_spacing_m: replaces what the file says. read: set to the files that were read, the scene's own first.
+Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m,
+                      std::vector<std::filesystem::path>& read);
 Scene read_scene_file(const std::filesystem::path& file, const QualityPreset& quality, const std::optional<double>& grid_spacing_m);
 
 /// What the options of a run have another say in than the scene.

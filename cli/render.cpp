@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/image_writer.h"
 #include "cli/stored_solution.h"
 #include "cli/view_writer.h"
@@ -43,6 +44,7 @@ std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene)
         } else if (text.find_first_of("{[") == text.find_first_not_of(" \t\r\n") && text.find_first_of("{[") != std::string::npos) {
             append_views(text, "--view", scene, views);
         } else if (std::filesystem::is_regular_file(text, error)) {
+            refuse_to_replace(std::vector<std::filesystem::path>{text}, std::vector{options.out / glare_file_name});
             append_views(read_json_file(text, "view"), text, scene, views);
         } else {
             std::vector<std::string_view> known;

@@ -11,10 +11,12 @@
 #include "cli/csv_writer.h"
 #include "cli/file_reader.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/forecast.h"
 #include "cli/glb_writer.h"
 #include "cli/image_writer.h"
 #include "cli/json_writer.h"
+#include "cli/leaks.h"
 #include "cli/prepared_scene.h"
 #include "cli/report.h"
 #include "cli/run_account.h"
@@ -40,6 +42,17 @@ void remove_results_of_earlier_run(const std::filesystem::path& out) {
     for (const Backend& backend : all_backends())
         for (const Backend& reference : all_backends())
             std::filesystem::remove(comparison_file(out, backend.name, reference.name), absent);
+}
+
+/// What a run writes that may have the name of a scene or of a table.
+std::vector<std::filesystem::path> tables_of_run(const std::filesystem::path& out) {
+    std::vector<std::filesystem::path> files{out / "zones.json"};
+    for (const Backend& backend : all_backends()) {
+        for (const Backend& reference : all_backends()) files.push_back(comparison_file(out, backend.name, reference.name));
+        for (const char* name : {"summary.json", "timings.json", glare_file_name, "sensors.csv", "nodes.csv", "patches.csv", "report.html"})
+            files.push_back(out / backend.name / name);
+    }
+    return files;
 }
 
 /// What is kept of one backend to compare it with the next.
@@ -95,7 +108,8 @@ ExitCode dry_run(const RunOptions& options, Scene scene, const std::vector<Backe
 
 }  // namespace
 
-ExitCode run(const RunOptions& options, Progress& progress) {
+ExitCode run(const RunOptions& asked, Progress& progress) {
+    RunOptions options = asked;
     std::optional<WholeFile> trace;
     if (options.trace) {
         trace.emplace(*options.trace);
@@ -104,6 +118,9 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     StageClock shared_clock;
     std::vector<SourceFile> sources;
     Scene read = read_scene_file(options, sources);
+    const std::vector<std::filesystem::path> files_read = paths_of_sources(options.scene, sources);
+    if (options.trace) refuse_to_replace(files_read, std::vector{*options.trace}, "--trace");
+    refuse_to_replace(files_read, tables_of_run(options.out));
     const std::vector<Backend> backends = backends_named(options.backend);
     if (options.dry_run) return dry_run(options, std::move(read), backends, progress);
     shared_clock.end_stage("read scene");
@@ -120,6 +137,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
     shared_clock.end_stage("open output");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress, &shared_clock);
     const auto& [scene, building, sun, zones, grid] = prepared;
+    options.backends = settled(options.backends, grid);  // grids of companions have other numbers of patches
     const Primaries primaries(scene.primaries);
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
@@ -146,6 +164,7 @@ ExitCode run(const RunOptions& options, Progress& progress) {
                                    progress);
             clock.end_stage("error estimate");
         }
+        print_at_once(stderr, leak_warning(building, grid, solution.form_factor_quality));
         const Result result{options, scene, building, grid, *visibility, solution, primaries, error};
         const std::vector<SensorSetStatistics> sets = sensor_set_statistics(result);
 

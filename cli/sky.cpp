@@ -12,6 +12,7 @@
 
 #include "cli/false_colour.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/image_writer.h"
 #include "cli/json_text.h"
 #include "core/errors.h"
@@ -36,6 +37,10 @@ Json json_value(const std::string& text) {
     return text;
 }
 
+std::filesystem::path picture_file(const SkyOptions& options) {
+    return options.out / "sky.png";
+}
+
 SkyAndSun described(const SkyOptions& options) {
     if (find_sky_model(options.target) == nullptr) {
         if (options.target.find('.') == std::string::npos && options.target.find('/') == std::string::npos &&
@@ -48,7 +53,9 @@ SkyAndSun described(const SkyOptions& options) {
             throw InputError(options.target, fmt::format("a scene brings its own sky and sun (leave out what sets {} of the {})",
                                                          key, object));
         }
-        const Scene scene = read_scene(options.target);
+        std::vector<SourceFile> sources;
+        const Scene scene = read_scene_with_sources(options.target, {}, sources);
+        refuse_to_replace(paths_of_sources(options.target, sources), std::vector{picture_file(options)});
         return {scene.sky, scene.sun, scene.north_rad};
     }
     Json text{{"sky", {{"model", options.target}}}};
@@ -58,6 +65,8 @@ SkyAndSun described(const SkyOptions& options) {
         const Json json = key == "luminance" || key == "file" ? Json(value) : json_value(value);
         (object == "table" ? text["sky"]["table"] : text[object])[key] = json;
     }
+    if (const auto table = options.description.find({"table", "file"}); table != options.description.end())
+        refuse_to_replace(std::vector<std::filesystem::path>{table->second}, std::vector{picture_file(options)});
     return read_sky_and_sun_text(json_line(text), "command line");
 }
 
@@ -192,7 +201,7 @@ void show_sky(const SkyOptions& options) {
     }
     account += "  (planes that see the sky alone: no ground, nothing in between)\n";
 
-    const std::filesystem::path file = options.out / "sky.png";
+    const std::filesystem::path file = picture_file(options);
     const Raster picture = draw_dome(sky, light, options, fmt::format("{}, {}", model.name, sun_text));
     write_file(file, encode_png(picture, {{"ImageDescription", "dome of " + std::string(model.name)}}));
     account += fmt::format("\n  dome seen from below, north up, east left: {}\n", file.string());

@@ -19,9 +19,9 @@ namespace {
 constexpr double most_jobs = 1e6;
 
 /// Options of `naturel run` that a study may set: those that results depend on.
-constexpr std::array<std::string_view, 25> run_options{
+constexpr std::array<std::string_view, 27> run_options{
     "backend", "quality", "grid_spacing", "direct", "tolerance", "irc", "node_irc", "form_factor_repair", "radiosity_tolerance",
-    "max_iterations", "seed", "form_factors", "pair_tolerance", "rays", "rays_per_point", "cells", "projection",
+    "max_iterations", "seed", "form_factors", "pair_tolerance", "rays", "rays_per_point", "target_error", "most_rays", "cells", "projection",
     "half_side_over_height", "spacing", "rim", "viewpoints", "fixed_rotation", "exposure", "tone_mapping", "white_point"};
 
 /// Columns of results that are there whatever the parameters are called.

@@ -12,6 +12,7 @@
 #include "cli/build_description.h"
 #include "cli/file_reader.h"
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
 #include "cli/json_text.h"
 #include "cli/timed_run.h"
 #include "cli/timing_report.h"
@@ -70,6 +71,8 @@ ExitCode time_runs(const TimingOptions& options, Progress& progress) try {
     TimingStudy study{.scene = options.run.scene.filename().string(), .scene_sha256 = sha256_hex(file_content(options.run.scene)), .command = options.command,
                       .machine = describe_machine(), .threads = options.threads, .repeats = static_cast<std::size_t>(options.repeats)};
     study.machine.software = build_description();
+    for (const char* name : {"timing.json", "timing.csv", "timing_runs.csv", "report.html"})
+        refuse_to_replace(std::vector{options.run.scene}, std::vector{options.run.out / name});
     make_writable_folder(options.run.out);
     const std::filesystem::path folder = options.run.out / "run_being_timed";
 

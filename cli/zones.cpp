@@ -5,16 +5,18 @@
 #include <cstdio>
 
 #include "cli/file_writer.h"
+#include "cli/files_read.h"
+#include "cli/prepared_scene.h"
 #include "cli/zone_drawings.h"
 #include "cli/zone_writer.h"
 #include "core/errors.h"
-#include "core/scene_reader.h"
 
 namespace naturel {
 
 void find_zones(const ZonesOptions& options, Progress& progress) {
-    Scene scene = read_scene(options.scene, scene_defaults(options.quality));
-    if (options.grid_spacing_m) scene.grid.spacing_m = *options.grid_spacing_m;
+    std::vector<std::filesystem::path> files_read;
+    Scene scene = read_scene_file(options.scene, options.quality, options.grid_spacing_m, files_read);
+    refuse_to_replace(files_read, std::vector{options.out / "zones.json"});
     make_writable_folder(options.out);
     const Building building = assemble(scene);
     choose_grid_spacing(scene, building, options.quality);
@@ -33,6 +35,7 @@ void find_zones(const ZonesOptions& options, Progress& progress) {
         if (progress.interrupted()) throw Interrupted();
         drawings = draw_zones(report, grid);
     }
+    for (const Drawing& drawing : drawings) refuse_to_replace(files_read, std::vector{options.out / drawing.file});
     // Nothing is written before everything is there.
     std::string account = zones_table(report);
     const auto write = [&](const std::string& name, const std::string& text) {

@@ -127,7 +127,9 @@ FormFactorQuality measure(const FormFactors& f, const SparseRows& transposed, co
         q.mean_lost += area_m2[i] * shares.lost[i];
         q.mean_truncated += area_m2[i] * shares.truncated[i];
         q.mean_escaped += area_m2[i] * shares.escaped[i];
+        if (shares.lost[i] > q.worst_lost) q.worst_row = i;
         q.worst_lost = std::max(q.worst_lost, shares.lost[i]);
+        if (shares.lost[i] > leaking_share) ++q.leaking_rows;
         q.worst_truncated = std::max(q.worst_truncated, shares.truncated[i]);
         q.worst_escaped = std::max(q.worst_escaped, shares.escaped[i]);
         q.worst_flux_error = std::max(q.worst_flux_error, measures[i].flux_error);
@@ -375,7 +377,7 @@ void refuse_excessive_memory(const Visibility& visibility, const PatchGrid& grid
     const double needed = forecast_memory_bytes(count, sample.mean_row_length);
     if (needed > memory_bytes)
         throw InputError("", fmt::format("the form factors of {} patches need about {:.1f} GB of memory, and "
-                                         "there are {:.1f} GB (make \"spacing_m\" of \"grid\" larger)",
+                                         "{:.1f} GB are left for them (make \"spacing_m\" of \"grid\" larger, or \"--grid-spacing\")",
                                          count, needed / 1e9, memory_bytes / 1e9));
 }
 

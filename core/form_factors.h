@@ -8,10 +8,15 @@
 
 namespace naturel {
 
+/// A row that loses more than this is no matter of rounding (docs/embree.md, "Rays that escape, and ties").
+constexpr double leaking_share = 0.01;
+
 /// How well the rows fulfil the two laws of form factors before any repair.
 struct FormFactorQuality {
     double mean_lost = 0.0;       ///< area-weighted mean of FormFactorRow::lost
     double worst_lost = 0.0;
+    std::size_t leaking_rows = 0;  ///< that lose more than leaking_share
+    std::size_t worst_row = 0;     ///< the first that loses most
     double mean_truncated = 0.0;  ///< area-weighted mean of FormFactorRow::truncated
     double worst_truncated = 0.0;
     double mean_escaped = 0.0;       ///< area-weighted mean of FormFactorRow::escaped

@@ -67,7 +67,7 @@ Rows read_csv(const std::filesystem::path& file) {
     Rows rows;
     auto beside = file;
     const std::vector<std::string> patches = lines_of(content_of(beside.replace_extension(".patches.csv")));
-    rows.description = content_of(beside.replace_extension("").replace_extension(".json"));
+    rows.description = content_of(beside.replace_extension("").replace_extension(".description.json"));
     REQUIRE(patches.at(0) == "patch,face,area_m2,x_m,y_m,z_m,nx,ny,nz,row_sum,lost,truncated,escaped,reciprocity_gap");
     for (std::size_t i = 1; i < patches.size(); ++i) {
         const auto cells = cells_of(patches[i]);
@@ -375,7 +375,7 @@ TEST_CASE("a file of form factors has the same bytes for any number of threads",
                                       {"--backend", backend, "--quality", "draft", "--threads", threads})
                             .exit_code == 0);
             const auto files = files_below(workshop.folder / threads);
-            REQUIRE(files.size() == 5);  // f.csv has f.patches.csv and f.json beside it
+            REQUIRE(files.size() == 5);  // f.csv has f.patches.csv and f.description.json beside it
             if (first.empty()) first = files;
             CHECK(files == first);
         }
@@ -402,3 +402,164 @@ TEST_CASE("form factors that cannot be written leave nothing behind", "[cli][for
     CHECK(ending.errors.find("does not end in .csv, .npz or .bin") != std::string::npos);
     CHECK(workshop.make("f.bin", {"--backend", "both"}).exit_code == 2);
 }
+
+TEST_CASE("form factors are never written over the scene, nor over a table that it reads", "[cli][form_factors]") {
+    const Workshop workshop;
+    const std::string scene = content_of(workshop.folder / "room.json");
+    REQUIRE(workshop.make("room.csv", {"--quality", "draft"}).exit_code == 0);
+    CHECK(content_of(workshop.folder / "room.json") == scene);
+    CHECK(std::filesystem::exists(workshop.folder / "room.description.json"));
+
+    std::string with_table(small_room);
+    const std::string wall = R"("wall": {"reflectance": 0.5})";
+    with_table.replace(with_table.find(wall), wall.size(), R"("wall": {"spectral_reflectance": {"file": "wall.csv"}})");
+    struct Danger {
+        const char* scene;  // its name
+        const char* out;
+    };
+    for (const Danger& danger : {Danger{"f.csv", "f.csv"}, {"f.npz", "f.npz"}, {"f.bin", "f.bin"}, {"f.description.json", "f.csv"},
+                                 {"f.patches.csv", "f.csv"}, {"f.json", "wall.csv"}, {"f.json", "other name of wall.csv"}}) {
+        INFO(danger.scene << " to " << danger.out);
+        const TemporaryFolder folder;
+        write(folder / danger.scene, with_table);
+        write(folder / "wall.csv", "wavelength,value\n400,0.5\n700,0.5\n");
+        std::filesystem::create_hard_link(folder / "wall.csv", folder / "other name of wall.csv");
+        const auto before = files_below(folder.path());
+        const Outcome outcome = run_naturel({"formfactors", (folder / danger.scene).string(), "--quality", "draft", "--out", (folder / danger.out).string()});
+        CHECK(outcome.exit_code == 3);
+        CHECK(outcome.errors.find("would be written over it (give another --out)") != std::string::npos);
+        CHECK(files_below(folder.path()) == before);
+    }
+}
+
+TEST_CASE("form factors that memory cannot hold are refused with what would help", "[cli][form_factors]") {
+    const Workshop workshop;
+    const bool has_embree = backend_names().back() == "embree";
+    // Half a million patches with a row of up to 130000 or 60000 entries each.
+    const Outcome outcome = workshop.make("f.npz", {"--grid-spacing", "0.01", has_embree ? "--rays" : "--cells", has_embree ? "131072" : "1024"});
+    INFO(outcome.errors);
+    CHECK(outcome.exit_code == 3);
+    for (const char* part : {"and this machine has", "--grid-spacing", "\"spacing_m\" of the scene's \"grid\"", has_embree ? "fewer \"--rays\"" : "fewer \"--cells\""})
+        CHECK(outcome.errors.find(part) != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(workshop.folder / "f.npz"));
+}
+
+TEST_CASE("a dry run of form factors tells memory, size and time, and writes nothing", "[cli][form_factors]") {
+    const Workshop workshop;
+    for (const std::string& backend : backend_names()) {
+        const Outcome outcome = workshop.make("somewhere/f.npz", {"--backend", backend, "--dry-run"});
+        INFO(outcome.output);
+        REQUIRE(outcome.exit_code == 0);
+        for (const std::string& part : {backend + ": form factors, quality normal", std::string("grid 1 m indoors"), std::string("memory at most about"),
+                                        std::string("f.npz: at most about"), std::string("work:"), std::string("of one core")})
+            CHECK(outcome.output.find(part) != std::string::npos);
+        CHECK_FALSE(std::filesystem::exists(workshop.folder / "somewhere"));
+    }
+}
+
+TEST_CASE("a scene without a surface indoors has no form factors", "[cli][form_factors]") {
+    const TemporaryFolder folder;
+    write(folder / "plate.json", R"({"naturel": 1, "materials": {"w": {"reflectance": 0.5}},
+        "polygons": [{"id": "plate", "vertices": [[0, 0, 1], [1, 0, 1], [1, 1, 1]], "material": "w", "side": "outdoor"}],
+        "sky": {"model": "uniform", "horizontal_illuminance_lx": 1000}})");
+    const Outcome outcome = run_naturel({"formfactors", (folder / "plate.json").string(), "--out", (folder / "f.csv").string()});
+    CHECK(outcome.exit_code == 3);
+    CHECK(outcome.errors.find("no surface indoors") != std::string::npos);
+    CHECK(files_below(folder.path()).size() == 1);
+}
+
+TEST_CASE("help shows what the presets choose for form factors", "[cli][form_factors]") {
+    const Outcome outcome = run_naturel({"formfactors", "--help"});
+    CHECK(outcome.exit_code == 0);
+    for (const char* part : {"grid indoors, m", "hemisphere: rays per patch", "pairwise: tolerance", "hemicube: cells along side", "--dry-run", "--target-error"})
+        CHECK(outcome.output.find(part) != std::string::npos);
+    for (const char* part : {"radiosity", "--rays-per-point"})  // what this command has no use for
+        CHECK(outcome.output.find(part) == std::string::npos);
+}
+
+#ifdef NATUREL_HAS_EMBREE
+TEST_CASE("pairs are forecast to take longer for a smaller tolerance", "[cli][form_factors]") {
+    const Workshop workshop;
+    double before_s = 0.0;
+    for (const char* tolerance : {"1e-4", "1e-5", "1e-6", "1e-7"}) {
+        const std::string told = workshop.make("f.bin", {"--form-factors", "pairwise", "--grid-spacing", "0.1", "--pair-tolerance", tolerance, "--dry-run"}).output;
+        const std::size_t at = told.find("time about ");
+        REQUIRE(at != std::string::npos);
+        const double minutes_or_s = std::stod(told.substr(at + 11));
+        const double s = told.find(" min of one core") != std::string::npos ? 60.0 * minutes_or_s : minutes_or_s;
+        INFO(told);
+        CHECK(s > before_s);
+        before_s = s;
+    }
+}
+
+TEST_CASE("rays are doubled until a row has the error that is asked for", "[cli][form_factors]") {
+    const Workshop workshop;
+    constexpr double target = 0.01;
+    const auto row_errors = [](const Rows& rows) {
+        std::vector<double> errors;
+        for (std::size_t i = 0; i < rows.count(); ++i) {
+            double squares = 0.0;
+            for (std::size_t e = rows.begin[i]; e < rows.begin[i + 1]; ++e) squares += static_cast<double>(rows.error[e]) * static_cast<double>(rows.error[e]);
+            errors.push_back(std::sqrt(squares));
+        }
+        return errors;
+    };
+    REQUIRE(workshop.make("few.bin", {"--rays", "256"}).exit_code == 0);
+    const auto few = row_errors(read_rows(workshop.folder / "few.bin"));
+    REQUIRE(*std::ranges::max_element(few) > target);
+
+    for (const char* threads : {"1", "2"})
+        REQUIRE(workshop.make(std::string(threads) + ".bin", {"--rays", "256", "--target-error", "0.01", "--threads", threads}).exit_code == 0);
+    CHECK(content_of(workshop.folder / "1.bin") == content_of(workshop.folder / "2.bin"));
+    const Rows rows = read_rows(workshop.folder / "1.bin");
+    // Errors in the file are floats.
+    for (const double error : row_errors(rows)) CHECK(error <= target * (1.0 + 1e-6));
+    const auto settings = nlohmann::json::parse(rows.description)["backend"]["settings"];
+    CHECK(settings["target_error"] == "0.01");
+    CHECK(settings["most_rays_per_patch"] == "1048576");
+
+    // Nobody reaches a millionth with so few rays.
+    REQUIRE(workshop.make("most.bin", {"--rays", "256", "--target-error", "1e-6", "--most-rays", "1024"}).exit_code == 0);
+    REQUIRE(workshop.make("1024.bin", {"--rays", "1024"}).exit_code == 0);
+    const Rows most = read_rows(workshop.folder / "most.bin");
+    CHECK(nlohmann::json::parse(most.description)["backend"]["settings"]["most_rays_per_patch"] == "1024");
+    const auto rms = [](const std::vector<double>& errors) {
+        double squares = 0.0;
+        for (const double error : errors) squares += error * error;
+        return std::sqrt(squares / static_cast<double>(errors.size()));
+    };
+    // The same number of rays, differently stratified.
+    const double limited = rms(row_errors(most)), plain = rms(row_errors(read_rows(workshop.folder / "1024.bin")));
+    CHECK(limited < rms(few) / 1.7);
+    CHECK(limited > 0.5 * plain);
+    CHECK(limited < 2.0 * plain);
+
+    const Outcome dry = workshop.make("dry.bin", {"--target-error", "0.01", "--dry-run"});
+    CHECK(dry.output.find("work: at most ") != std::string::npos);
+    CHECK(dry.output.find("time at most about ") != std::string::npos);
+}
+
+TEST_CASE("a closed room that loses what its patches see is told of", "[cli][form_factors]") {
+    // A kilometre high and a tenth of a millimetre wide: rays start further from a wall than the other wall is.
+    constexpr std::string_view needle = R"({"naturel": 1, "materials": {"w": {"reflectance": 0.5}}, "polyhedra": [
+        {"id": "shell", "kind": "parallelepiped", "effect": "fill", "material": "w",
+         "vertices": [[-1e-05, -1e-05, 0.99999], [0.00011, -1e-05, 0.99999], [-1e-05, 0.00011, 0.99999], [-1e-05, -1e-05, 1001.00001]]},
+        {"id": "room", "kind": "parallelepiped", "effect": "carve", "material": "w",
+         "vertices": [[0, 0, 1], [0.0001, 0, 1], [0, 0.0001, 1], [0, 0, 1001]]}],
+        "sky": {"model": "uniform", "horizontal_illuminance_lx": 10000}, "grid": {"spacing_m": 100, "zones": false}})";
+    const Workshop workshop;
+    write(workshop.folder / "needle.json", needle);
+    for (const char* command : {"formfactors", "run"}) {
+        INFO(command);
+        const auto out = workshop.folder / (std::string_view(command) == "run" ? "out" : "f.csv");
+        const Outcome outcome = run_naturel({command, (workshop.folder / "needle.json").string(), "--out", out.string()});
+        INFO(outcome.errors);
+        CHECK(outcome.exit_code == 0);
+        CHECK(outcome.errors.find("warning: ") != std::string::npos);
+        CHECK(outcome.errors.find("patches lose more than 1 % of what leaves them") != std::string::npos);
+    }
+    const Outcome sound = workshop.make("f.csv", {"--quality", "draft"});
+    CHECK(sound.errors.find("warning") == std::string::npos);
+}
+#endif

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -132,7 +133,47 @@ TEST_CASE("options that the method of form factors would ignore are refused", "[
     const Outcome tolerance = room.run({"--pair-tolerance", "1e-3"});
     CHECK(tolerance.exit_code == 2);
     CHECK(tolerance.errors.find("--form-factors pairwise") != std::string::npos);
+    for (const auto& [option, value] : {std::pair{"--target-error", "0.01"}, {"--rays-per-point", "512"}}) {
+        const Outcome outcome = room.run({"--form-factors", "pairwise", option, value});
+        CHECK(outcome.exit_code == 2);
+        CHECK(outcome.errors.find("--form-factors hemisphere") != std::string::npos);
+    }
+    const Outcome most = room.run({"--most-rays", "4096"});
+    CHECK(most.exit_code == 2);
+    CHECK(most.errors.find("--target-error") != std::string::npos);
+    const Outcome fewer = room.run({"--target-error", "0.01", "--rays", "4096", "--most-rays", "1024"});
+    CHECK(fewer.exit_code == 2);
+    CHECK(fewer.errors.find("1024 are fewer than the 4096 rays") != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(room.folder / "out"));
+}
+
+TEST_CASE("options of another backend are refused with the name of their own", "[cli][quality]") {
+    const Room room;
+    struct Foreign {
+        const char* backend;
+        std::vector<std::string> option;
+        const char* owner;
+    };
+    const std::vector<Foreign> all{{"hemicube", {"--form-factors", "pairwise"}, "embree"}, {"hemicube", {"--pair-tolerance", "1e-3"}, "embree"},
+                                   {"hemicube", {"--rays", "512"}, "embree"}, {"hemicube", {"--target-error", "0.01"}, "embree"},
+                                   {"hemicube", {"--most-rays", "512"}, "embree"}, {"embree", {"--cells", "64"}, "hemicube"},
+                                   {"embree", {"--projection", "hemicube"}, "hemicube"}, {"embree", {"--viewpoints", "4"}, "hemicube"},
+                                   {"embree", {"--fixed-rotation"}, "hemicube"}, {"embree", {"--rim", "strip"}, "hemicube"},
+                                   {"embree", {"--spacing", "uniform"}, "hemicube"}, {"embree", {"--half-side-over-height", "14"}, "hemicube"}};
+    for (const Foreign& foreign : all) {
+        for (const char* command : {"run", "check", "formfactors", "timing"}) {
+            INFO(command << ' ' << foreign.backend << ' ' << foreign.option[0]);
+            std::vector<std::string> arguments{command, (room.folder / "room.json").string(), "--backend", foreign.backend};
+            arguments.insert(arguments.end(), foreign.option.begin(), foreign.option.end());
+            const Outcome outcome = run_naturel(arguments);
+            CHECK(outcome.exit_code == 2);
+            CHECK(outcome.errors.find(foreign.option[0] + ": is for the backend " + foreign.owner) != std::string::npos);
+        }
+    }
+    CHECK(run_naturel({"formfactors", (room.folder / "room.json").string(), "--rays-per-point", "512"}).exit_code == 2);
+    // Both backends, each with its own.
+    CHECK(room.run({"--backend", "both", "--rays", "512", "--cells", "64", "--dry-run"}).exit_code == 0);
+    CHECK(room.run({"--backend", "hemicube", "--quality", "reference", "--dry-run"}).exit_code == 0);
 }
 #endif
 
@@ -167,4 +208,65 @@ TEST_CASE("without zones in the grid a run neither finds nor writes them", "[cli
     };
     CHECK(has_zones("with"));
     CHECK_FALSE(has_zones("without"));
+}
+
+TEST_CASE("no setting of a finer preset is coarser, in rooms of any size", "[cli][quality]") {
+    // Numbers of the table in --help, where smaller or larger is finer.
+    const std::string help = run_naturel({"run", "--help"}).output;
+    const auto numbers = [&](const std::string& row) {
+        const std::size_t at = help.find("  " + row + " ", help.find("\nQuality"));
+        REQUIRE(at != std::string::npos);
+        std::istringstream line(help.substr(at + 2 + row.size(), help.find('\n', at) - at - 2 - row.size()));
+        std::vector<double> values;
+        for (double value = 0.0; line >> value;) values.push_back(value);
+        REQUIRE(values.size() == 4);
+        return values;
+    };
+    for (const char* row : {"grid indoors, m", "grid outdoors, m", "direct light, tolerance", "radiosity, tolerance", "  pairwise: tolerance"}) {
+        INFO(row);
+        CHECK(std::ranges::is_sorted(numbers(row), std::greater()));
+    }
+    for (const char* row : {"  but patches at most about", "  hemisphere: rays per patch", "  and rays per point", "hemicube: cells along side"}) {
+        INFO(row);
+        CHECK(std::ranges::is_sorted(numbers(row)));
+    }
+
+    const TemporaryFolder folder;
+    // From a closet to a hall; the reference takes pairs up to 156 m2: 144 m2 at 6 m, 182 m2 at 7 m.
+    for (const int side_m : {2, 5, 6, 7, 20, 60}) {
+        INFO("a room of " << side_m << " m");
+        const int end_m = side_m + 1;
+        std::ostringstream text;
+        text << R"({"naturel": 1, "materials": {"w": {"reflectance": 0.5}}, "polyhedra": [
+            {"id": "shell", "kind": "parallelepiped", "effect": "fill", "material": "w",
+             "vertices": [[0, 0, 0], [)" << end_m + 1 << R"(, 0, 0], [0, )" << end_m + 1 << R"(, 0], [0, 0, 5]]},
+            {"id": "room", "kind": "parallelepiped", "effect": "carve", "material": "w",
+             "vertices": [[1, 1, 1], [)" << end_m << R"(, 1, 1], [1, )" << end_m << R"(, 1], [1, 1, 4]]}],
+            "sky": {"model": "uniform", "horizontal_illuminance_lx": 10000}, "grid": {"zones": false}})";
+        write(folder / "room.json", text.str());
+        double coarser_m = 1e9, fewer_rays = 0.0;
+        for (const std::string quality : {"draft", "normal", "fine", "reference"}) {
+            const std::string told = run_naturel({"formfactors", (folder / "room.json").string(), "--quality", quality, "--dry-run"}).output;
+            INFO(told);
+            const auto number_after = [&](const std::string& word) {
+                REQUIRE(told.find(word) != std::string::npos);
+                return std::stod(told.substr(told.find(word) + word.size()));
+            };
+            const double spacing_m = number_after(", grid ");
+            CHECK(spacing_m <= coarser_m);
+            coarser_m = spacing_m;
+            if (backend_names().back() != "embree") continue;
+            const bool pairs = told.find("form_factors pairwise") != std::string::npos;
+            CHECK(pairs == (quality == "reference" && side_m <= 6));
+            if (pairs) continue;
+            CHECK(number_after("rays_per_patch ") > fewer_rays);
+            fewer_rays = number_after("rays_per_patch ");
+        }
+    }
+#ifdef NATUREL_HAS_EMBREE
+    // Who asks for pairs gets them.
+    for (const char* option : {"--form-factors=pairwise", "--pair-tolerance=1e-4"})
+        CHECK(run_naturel({"formfactors", (folder / "room.json").string(), "--quality", "reference", option, "--dry-run"})
+                  .output.find("form_factors pairwise") != std::string::npos);
+#endif
 }

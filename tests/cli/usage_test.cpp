@@ -56,7 +56,7 @@ TEST_CASE("wrong usage ends with exit code 2 and says what would be right", "[cl
                   "unknown backend \"crystal_ball\" (known: hemicube");
     check_failure(run_naturel({"run", "room.json", "--threads", "0"}), 2, "--threads");
     check_failure(run_naturel({"run", "room.json", "--tolerance", "nan"}), 2, "--tolerance");
-    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a number from 1 to 4096");
+    check_failure(run_naturel({"run", "room.json", "--viewpoints", "0"}), 2, "\"0\" is not a whole number from 1 to 4096");
     check_failure(run_naturel({"run", "room.json", "--seed", "-1"}), 2, "--seed");
     check_failure(run_naturel({"run", "room.json", "--seed", "99999999999999999999999"}), 2,
                   "from 0 to 18446744073709551615");
@@ -104,4 +104,42 @@ TEST_CASE("a grid too fine for any machine is refused", "[cli]") {
     check_failure(run_naturel({"run", (folder / "room.json").string(), "--out", (folder / "out").string(),
                                "--grid-spacing", "0.001"}),
                   3, "\"spacing_m\" of \"grid\" larger");
+}
+
+TEST_CASE("no command writes over the scene that it reads", "[cli]") {
+    struct Danger {
+        std::string scene;                   // its name
+        std::vector<std::string> arguments;  // OUT stands for the folder of the scene
+    };
+    std::vector<Danger> dangers{{"zones.json", {"zones", "OUT/zones.json", "--out", "OUT"}},
+                                {"zones.json", {"zones", "OUT/zones.json", "--svg", "--out", "OUT"}},
+                                {"floor_1_plan.svg", {"zones", "OUT/floor_1_plan.svg", "--svg", "--out", "OUT"}},
+                                {"sky.png", {"sky", "OUT/sky.png", "--out", "OUT"}},
+                                {"zones.json", {"run", "OUT/zones.json", "--out", "OUT"}},
+                                {"trace.json", {"run", "OUT/trace.json", "--out", "OUT/run", "--trace", "OUT/trace.json"}},
+                                {"timing.json", {"timing", "OUT/timing.json", "--out", "OUT"}}};
+    for (const std::string& backend : backend_names())
+        dangers.push_back({backend + "/summary.json", {"run", "OUT/" + backend + "/summary.json", "--out", "OUT", "--backend", backend}});
+    if (backend_names().size() > 1) {
+        dangers.push_back({"hemicube_minus_embree.json", {"run", "OUT/hemicube_minus_embree.json", "--out", "OUT"}});
+        dangers.push_back({"comparison.json", {"compare", "OUT/comparison.json", "--out", "OUT"}});
+        dangers.push_back({"points.csv", {"compare", "OUT/points.csv", "--out", "OUT", "--no-sweeps", "--quality", "draft"}});
+    }
+    for (const Danger& danger : dangers) {
+        const TemporaryFolder folder;
+        std::filesystem::create_directories((folder / danger.scene).parent_path());
+        write(folder / danger.scene, small_room);
+        std::vector<std::string> arguments = danger.arguments;
+        for (std::string& argument : arguments)
+            if (argument.starts_with("OUT")) argument.replace(0, 3, folder.path().string());
+        INFO(danger.arguments[0] << ' ' << danger.scene);
+        check_failure(run_naturel(arguments), 3, "would be written over it");
+        CHECK(files_below(folder.path()) == std::map<std::string, std::string>{{danger.scene, std::string(small_room)}});
+    }
+}
+
+TEST_CASE("a number that is not whole is answered with the range", "[cli]") {
+    check_failure(run_naturel({"run", "room.json", "--rays", "1e3"}), 2, "\"1e3\" is not a whole number of rays from 1 to 100000000");
+    check_failure(run_naturel({"formfactors", "room.json", "--cells", "64.5"}), 2, "\"64.5\" is not a whole number from 1 to 4096");
+    check_failure(run_naturel({"run", "room.json", "--threads", "2.0"}), 2, "\"2.0\" is not a whole number from 1 to 1024");
 }
