@@ -342,6 +342,28 @@ TEST_CASE("false colour has the colour of each pixel's luminance on its scale, a
     CHECK_FALSE(sign(all));
 }
 
+TEST_CASE("what is written in false colour grows with the picture", "[cli][render][false_colour]") {
+    for (const auto& [width, factor] : {std::pair{"1300", std::size_t{1}}, {"1400", std::size_t{2}}, {"2700", std::size_t{3}}}) {
+        INFO(width);
+        const Rendered rendered = render({"--view", "to: window", "--format", "png", "--width", width, "--height", "20", "--samples", "1", "--false-colour", "luminance",
+                                          "--false-colour-max", "400"});
+        INFO(rendered.outcome.errors);
+        REQUIRE(rendered.outcome.exit_code == 0);
+        const PngPicture mapped = read_png(rendered.files.at("views/false_colour/to__window.png"));
+        // The title takes 24 rows for its letters and 8 below; a mark of the legend is one row thick and 5 columns long, 24 beside the bar's left.
+        const naturel::Rgb8 paper{245, 245, 245}, ink{30, 30, 30};
+        CHECK(mapped.rgb(0, 32 * factor - 1) == paper);
+        CHECK(mapped.rgb(0, 32 * factor) != paper);
+        const std::size_t marks = std::stoul(width) + (12 + 24) * factor;
+        std::size_t row = (32 + 26) * factor, thickness = 0, length = 0;  // behind the unit
+        while (mapped.rgb(marks, row) != ink) ++row;
+        while (mapped.rgb(marks, row + thickness) == ink) ++thickness;
+        while (mapped.rgb(marks + length, row) == ink) ++length;
+        CHECK(thickness == factor);
+        CHECK(length == 5 * factor);
+    }
+}
+
 TEST_CASE("what is drawn into a folder later leaves what is known of the other pictures there", "[cli][render][glare]") {
     const TemporaryFolder folder;
     const std::string result = finished_run().result().string(), out = (folder / "out").string();
@@ -394,6 +416,10 @@ TEST_CASE("a fisheye whose glare is not judged says why, and one from where nobo
     CHECK(draw(inside).outcome.errors.empty());
     CHECK(draw(R"("from": [2, 3.8, 1.2], "to": [2, 0, 1.2])").outcome.errors.find("warning: view \"x\" looks from inside a solid (at 2.000, 3.800, 1.200)") != std::string::npos);
     CHECK(draw(R"("from": [2, 3.5, 1.2], "to": [2, 0, 1.2])").outcome.errors.find("warning: view \"x\" looks from a surface (at 2.000, 3.500, 1.200)") != std::string::npos);
+    // Four pixels are too few for the sum of a hemisphere.
+    const Rendered coarse = render({"--format", "png", "--view", eye_view, "--width", "2"});
+    CHECK(coarse.outcome.errors.find("warning: view \"eye\": a sensor at the eye has ") != std::string::npos);
+    CHECK(coarse.outcome.errors.find("glare is not reliable") != std::string::npos);
     const Rendered sunny = draw(R"("from": [2, 0.6, 1.2], "to": [2, -1, 2])");
     const nlohmann::json glare = glare_of(sunny.files);
     REQUIRE(glare["direct_sun_lx"].get<double>() > 1000.0);
