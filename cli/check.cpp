@@ -15,6 +15,7 @@
 #include "cli/orientation.h"
 #include "cli/physical_memory.h"
 #include "cli/prepared_scene.h"
+#include "cli/view_notes.h"
 #include "core/building.h"
 #include "core/form_factors.h"
 #include "core/glazing.h"
@@ -215,10 +216,8 @@ std::size_t check_sensors(const CheckedScene& checked, Report& report) {
 void check_views(const CheckedScene& checked, Report& report) {
     for (const View& view : checked.scene.views) {
         report.say("  view \"{}\": {} x {} pixels", view.id, view.width, view.height);
-        if (view.cut_planes.empty() && medium_at(checked.scene, view.from_m) == Medium::solid)
-            report.warn("view \"{}\" looks from inside a solid (at {:.3f}, {:.3f}, {:.3f})", view.id,
-                        view.from_m.x, view.from_m.y, view.from_m.z);
     }
+    for (const std::string& note : view_notes(checked.scene, checked.building)) report.warn("{}", note);
 }
 
 void warn_of_sun(const CheckedScene& checked, Report& report) {

@@ -166,7 +166,7 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
     Json pictures = Json::array();
     Json files{"nodes.csv", "patches.csv", "scene.glb", "scene.vtp", "sensors.csv", "solution.bin", "timings.json"};
     if (result.options.report) files.push_back("report.html");
-    if (!glare_of(views).empty()) files.push_back(glare_file_name);
+    if (std::ranges::any_of(views, [](const WrittenView& view) { return view.judgement.glare.has_value(); })) files.push_back(glare_file_name);
     for (const SensorMap& map : maps) files.push_back(map.file);
     for (const WrittenView& view : views) {
         pictures.push_back({{"id", view.id},

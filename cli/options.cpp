@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "cli/choices.h"
+#include "cli/stored_solution.h"
 #include "core/errors.h"
 #include "core/sky_models.h"
 #include "core/picture_reader.h"
@@ -512,7 +513,7 @@ void add_render_options(CLI::App& app, RenderOptions& options) {
         ->allow_extra_args(false);
     add_backend(app, options.backend, single_backends());
     app.get_option("--backend")->default_str("that of the run");
-    app.add_option("--out", options.out, "folder for the pictures, in views/ there")->type_name("DIR");
+    app.add_option("--out", options.out, "folder for the pictures, in views/ there; not that of a run")->type_name("DIR");
     add_threads(app, options.threads);
     app.add_flag("--quiet", options.quiet, "no progress on the terminal");
     constexpr auto view_group = "Instead of what the views say";
@@ -605,6 +606,14 @@ void refuse_unused(const CLI::App& command, std::string_view backend, FormFactor
                                        ? fmt::format("pairs of patches need no rays (give \"--form-factors hemisphere\", too{})", by_preset)
                                        : fmt::format("rays are cast without a tolerance (give \"--form-factors pairwise\", too{})", by_preset));
     }
+}
+
+/// Options of false colour mean nothing unless there is any.
+void refuse_details_without_false_colour(const CLI::App& command, const PictureFiles& files) {
+    if (!command.parsed() || files.false_colour.quantity != FalseColourQuantity::none) return;
+    for (const char* name : {"--false-colour-scale", "--false-colour-max", "--contours"})
+        if (command.get_option(name)->count() > 0)
+            throw CLI::ValidationError(name, "nothing is drawn in false colour (give \"--false-colour luminance\", illuminance or daylight_factor, too)");
 }
 
 /// Options that the preset chooses take its values, unless given; those that would have no effect are refused.
@@ -768,6 +777,7 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
     try {
         std::ranges::reverse(arguments);  // CLI11 takes them from the back
         app.parse(arguments);
+        refuse_details_without_false_colour(app, run.picture_files);
         // A study that varies the backend gives the options of both.
         finish(app, accuracy, run, seed, ForeignOptions::left_alone);
     } catch (const CLI::ParseError& error) {
@@ -851,6 +861,12 @@ parse_command_line(int argc, const char* const* argv) {
                     ? "missing command (known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge)"
                     : fmt::format("unknown command \"{}\" (known: run, render, check, formfactors, compare, timing, zones, sky, batch, merge)",
                                   app.remaining().front()));
+        refuse_details_without_false_colour(*run_command, run.picture_files);
+        refuse_details_without_false_colour(*render_command, render.picture_files);
+        std::error_code absent;
+        if (render_command->parsed() && std::filesystem::exists(render.out / stored_solution_name, absent))
+            throw CLI::ValidationError("--out", fmt::format("\"{}\" is the folder of a run, whose pictures and glare would be replaced (name another one)",
+                                                            render.out.string()));
         finish(*run_command, accuracy, run, seed);
         finish(*timing_command, timing_accuracy, timing.run, seed);
         finish(*check_command, check_accuracy, check, seed);

@@ -108,6 +108,7 @@ constexpr std::array<Glyph, 95> ascii_glyphs{{
     {8, 4, 4, 2, 4, 4, 8},                       // }
     {0, 0, 8, 21, 2, 0, 0},                      // ~
 }};
+constexpr Glyph at_most_sign{2, 4, 8, 4, 2, 0, 31}, at_least_sign{8, 4, 2, 4, 8, 0, 31};
 constexpr Glyph square_sign{12, 18, 4, 8, 30, 0, 0}, degree_sign{12, 18, 18, 12, 0, 0, 0},
     unknown_sign{31, 17, 17, 17, 17, 17, 31};
 
@@ -115,12 +116,15 @@ constexpr Glyph square_sign{12, 18, 4, 8, 30, 0, 0}, degree_sign{12, 18, 18, 12,
 const Glyph& next_glyph(std::string_view& utf8) {
     const auto byte = static_cast<unsigned char>(utf8.front());
     const bool is_square = utf8.starts_with("\u00b2"), is_degree = utf8.starts_with("\u00b0");
+    const bool is_at_most = utf8.starts_with("\u2264"), is_at_least = utf8.starts_with("\u2265");
     std::size_t length = 1;
     while (byte >= 0xc0 && length < utf8.size() && (static_cast<unsigned char>(utf8[length]) & 0xc0u) == 0x80u)
         ++length;
     utf8.remove_prefix(length);
     if (is_square) return square_sign;
     if (is_degree) return degree_sign;
+    if (is_at_most) return at_most_sign;
+    if (is_at_least) return at_least_sign;
     return byte >= ' ' && byte <= '~' ? ascii_glyphs[byte - std::size_t{' '}] : unknown_sign;
 }
 
@@ -137,12 +141,13 @@ void Raster::fill(int left, int top, int columns, int rows, Rgb8 colour) {
     }
 }
 
-void Raster::line(double x0, double y0, double x1, double y1, Rgb8 colour) {
+void Raster::line(double x0, double y0, double x1, double y1, Rgb8 colour, int thickness) {
     const int steps = std::max(1, static_cast<int>(std::ceil(std::max(std::abs(x1 - x0), std::abs(y1 - y0)))));
     for (int k = 0; k <= steps; ++k) {
         const double share = static_cast<double>(k) / steps;
-        fill(static_cast<int>(std::floor(x0 + share * (x1 - x0))), static_cast<int>(std::floor(y0 + share * (y1 - y0))),
-             1, 1, colour);
+        const int before = (thickness - 1) / 2;
+        fill(static_cast<int>(std::floor(x0 + share * (x1 - x0))) - before, static_cast<int>(std::floor(y0 + share * (y1 - y0))) - before,
+             thickness, thickness, colour);
     }
 }
 

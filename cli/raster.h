@@ -18,7 +18,7 @@ struct Raster {
 
     /// What lies outside the picture is not drawn.
     void fill(int left, int top, int columns, int rows, Rgb8 colour);
-    void line(double x0, double y0, double x1, double y1, Rgb8 colour);
+    void line(double x0, double y0, double x1, double y1, Rgb8 colour, int thickness = 1);
     /// left, top: of the first letter. Letters are glyph_width x glyph_height pixels times `scale`.
     void text(int left, int top, std::string_view utf8, Rgb8 colour, int scale = 2);
 };

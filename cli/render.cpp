@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "cli/file_reader.h"
 #include "cli/file_writer.h"
 #include "cli/files_read.h"
 #include "cli/image_writer.h"
 #include "cli/stored_solution.h"
+#include "cli/view_notes.h"
 #include "cli/view_writer.h"
 #include "core/errors.h"
 #include "core/scene_sources.h"
@@ -45,7 +47,12 @@ std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene)
             append_views(text, "--view", scene, views);
         } else if (std::filesystem::is_regular_file(text, error)) {
             refuse_to_replace(std::vector<std::filesystem::path>{text}, std::vector{options.out / glare_file_name});
-            append_views(read_json_file(text, "view"), text, scene, views);
+            const std::string content = read_json_file(text, "view");
+            // A blank or a comment may come first.
+            const std::size_t first = content.find_first_not_of(" \t\r\n");
+            if (first == std::string::npos || std::string_view("{[/").find(content[first]) == std::string_view::npos)
+                throw InputError(text, "this is not JSON (a view, an object in { }, or a list of views in [ ] is expected)");
+            append_views(content, text, scene, views);
         } else {
             std::vector<std::string_view> known;
             for (const View& view : scene.views) known.push_back(view.id);
@@ -83,17 +90,22 @@ void render(const RenderOptions& options, Progress& progress) {
     if (backends.size() != 1)
         throw InputError(options.result.string(),
                          fmt::format("the result is of the backend \"{}\", which this program has not (give another with --backend)", name));
+    for (const std::string& note : view_notes(scene, building)) print_at_once(stderr, "warning: " + note + "\n");
     const ImageWriterOpening opening(options.threads);
     prepare_view_folders(scene, options.picture_files, options.out);
     const std::unique_ptr<Visibility> visibility = backends.front().make(building, grid, run.options.backends);
     const Primaries primaries(scene.primaries);
     const Result result{run.options, scene, building, grid, *visibility, run.solution, primaries};
     const std::vector<WrittenView> views = write_views(result, options.out, progress);
-    const std::vector<ViewGlare> glare = glare_of(views);
+    const std::vector<GlareJudgement> judgements = judgements_of(views);
+    for (const std::string& warning : glare_warnings(judgements)) print_at_once(stderr, "warning: " + warning + "\n");
+    // Pictures of earlier calls stay, and so does what is known of them.
+    const std::filesystem::path glare_file = options.out / glare_file_name;
     std::error_code absent;
-    std::filesystem::remove(options.out / glare_file_name, absent);
-    if (!glare.empty()) write_file(options.out / glare_file_name, glare_json(glare));
-    std::string account = glare_account(glare);
+    const std::string glare = glare_json(judgements, std::filesystem::is_regular_file(glare_file, absent) ? file_content(glare_file) : "");
+    std::filesystem::remove(glare_file, absent);
+    if (!glare.empty()) write_file(glare_file, glare);
+    std::string account = glare_account(judgements);
     for (const WrittenView& view : views)
         for (const std::string& file : view.files) account += fmt::format("{}: written to {}\n", view.id, (options.out / file).string());
     std::fwrite(account.data(), 1, account.size(), stdout);

@@ -22,6 +22,7 @@
 #include "cli/run_account.h"
 #include "cli/sensor_maps.h"
 #include "cli/stored_solution.h"
+#include "cli/view_notes.h"
 #include "cli/view_writer.h"
 #include "cli/vtp_writer.h"
 #include "cli/zone_writer.h"
@@ -141,6 +142,8 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
     const Primaries primaries(scene.primaries);
     const std::vector<Sensor> sensors = place_sensors(scene, building);
 
+    for (const std::string& note : view_notes(scene, building)) print_at_once(stderr, "warning: " + note + "\n");
+
     bool converged = true;
     std::vector<SensorTotals> totals;
     for (const Backend& backend : backends) {
@@ -193,9 +196,11 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
         clock.end_stage("3D files");
         const std::vector<WrittenView> views = write_views(result, folder, progress);
         if (!views.empty()) clock.end_stage("views");
-        const std::vector<ViewGlare> glare = glare_of(views);
+        const std::vector<GlareJudgement> judgements = judgements_of(views);
+        for (const std::string& warning : glare_warnings(judgements)) print_at_once(stderr, "warning: " + warning + "\n");
+        const std::string glare = glare_json(judgements);
         std::filesystem::remove(folder / glare_file_name, absent);
-        if (!glare.empty()) write_file(folder / glare_file_name, glare_json(glare));
+        if (!glare.empty()) write_file(folder / glare_file_name, glare);
         const std::string summary = summary_json(result, sets, maps, views);
         if (options.report) {
             write_file(folder / "report.html", report_html(result, mesh, summary, sensors_text, report_pictures(views, folder)));
@@ -208,7 +213,7 @@ ExitCode run(const RunOptions& asked, Progress& progress) {
                        zones_json({options.scene, scene, building, sun, zones, primaries}));
         write_file(folder / "summary.json", summary);
 
-        print_at_once(stdout, run_account(result, sets) + glare_account(glare) + fmt::format("  written to {}\n", folder.string()));
+        print_at_once(stdout, run_account(result, sets) + glare_account(judgements) + fmt::format("  written to {}\n", folder.string()));
         if (!options.quiet) {
             std::string times = fmt::format("{}, threads {}", backend.name, options.threads);
             for (const StageTime& stage : clock.stages())

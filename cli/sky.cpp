@@ -124,7 +124,7 @@ Raster draw_dome(const Sky& sky, const SkyAndSun& light, const SkyOptions& optio
     picture.contours = colour_scale(field, picture).round_values(10);
     Raster raster = draw_false_colour(field, options.size, options.size, picture);
 
-    const int top = field_top(picture);
+    const int top = field_top(picture, options.size, options.size);
     constexpr Rgb8 ink{30, 30, 30}, paper{245, 245, 245}, white{255, 255, 255};
     for (int row = 0; row < options.size; ++row) {
         for (int column = 0; column < options.size; ++column) {

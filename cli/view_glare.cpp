@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "cli/json_text.h"
 
@@ -30,16 +33,20 @@ bool ViewGlare::simplified_valid() const {
            simplified_probability <= largest_glare_probability;
 }
 
-std::optional<ViewGlare> judge_glare(const Result& result, const View& view, const Picture& picture, Progress& progress) {
-    if (view.kind != ViewKind::fisheye || view.field_of_view_rad < pi - 1e-6 || !view.cut_planes.empty() ||
-        view.see_through != SeeThrough::nothing || view.width != view.height)
-        return {};
+GlareJudgement judge_glare(const Result& result, const View& view, const Picture& picture, Progress& progress) {
+    if (view.kind != ViewKind::fisheye) return {view.id};
+    const auto not_judged = [&](std::string why) { return GlareJudgement{view.id, {}, std::move(why)}; };
+    if (view.field_of_view_rad < pi - 1e-6)
+        return not_judged(fmt::format("the fisheye shows {:.4g} degrees (an eye sees 180)", degrees_from_radians(view.field_of_view_rad)));
+    if (view.width != view.height) return not_judged(fmt::format("the picture has {} x {} pixels (it must be as wide as high)", view.width, view.height));
+    if (!view.cut_planes.empty()) return not_judged("the view is cut open");
+    if (view.see_through != SeeThrough::nothing) return not_judged("the view sees through surfaces");
     const Camera camera = make_camera(view);
     // The eye is a sensor that looks along the view.
     Scene scene = result.scene;
     scene.sensors = {{.id = "eye", .grid = {}, .points = {{view.from_m, camera.forward}}}};
     const std::vector<Sensor> eye = place_sensors(scene, result.building);
-    if (eye.front().medium == Medium::solid) return {};
+    if (eye.front().medium == Medium::solid) return not_judged("the eye is inside a solid");
     const PointIlluminance light =
         light_on_sensors(scene, result.building, result.grid, result.visibility, result.solution.outdoors, result.solution.radiosity,
                          result.options.daylight, eye, progress)
@@ -58,12 +65,21 @@ std::optional<ViewGlare> judge_glare(const Result& result, const View& view, con
     glare.sources = find_glare_sources(luminance_cd_m2, camera, glare_threshold, glare_peak);
     glare.simplified_probability = simplified_glare_probability({glare.illuminance_lx});
     glare.probability = glare_probability({glare.illuminance_lx}, glare.sources);
-    return glare;
+    return {view.id, glare, {}};
 }
 
-std::string glare_json(const std::vector<ViewGlare>& views) {
+std::string glare_json(const std::vector<GlareJudgement>& judgements, const std::string& earlier) {
     Json list = Json::array();
-    for (const ViewGlare& view : views) {
+    const Json before = Json::parse(earlier, nullptr, false);
+    if (before.is_object() && before.contains("views") && before["views"].is_array()) {
+        for (const Json& view : before["views"]) {
+            const auto is_same = [&](const GlareJudgement& judgement) { return view.is_object() && view.contains("view") && view["view"] == judgement.view; };
+            if (std::ranges::none_of(judgements, is_same)) list.push_back(view);
+        }
+    }
+    for (const GlareJudgement& judgement : judgements) {
+        if (!judgement.glare) continue;
+        const ViewGlare& view = *judgement.glare;
         Json sources = Json::array();
         for (const GlareSource& source : view.sources)
             sources.push_back({{"direction", {source.direction.x, source.direction.y, source.direction.z}},
@@ -81,20 +97,41 @@ std::string glare_json(const std::vector<ViewGlare>& views) {
                         {"dgp_class", class_of(view.probability)},
                         {"sources", sources}});
     }
+    if (list.empty()) return {};
     return json_text({{"naturel", NATUREL_VERSION},
                       {"threshold_cd_m2", glare_threshold.value},
                       {"peak_cd_m2", glare_peak.value},
                       {"views", list}});
 }
 
-std::string glare_account(const std::vector<ViewGlare>& views) {
+std::string glare_account(const std::vector<GlareJudgement>& judgements) {
     std::string text;
-    for (const ViewGlare& view : views)
+    for (const GlareJudgement& judgement : judgements) {
+        if (!judgement.not_judged.empty()) text += fmt::format("  {}: glare not judged: {}\n", judgement.view, judgement.not_judged);
+        if (!judgement.glare) continue;
+        const ViewGlare& view = *judgement.glare;
         text += fmt::format("  {}: {:.0f} lx at the eye ({:.0f} lx by its picture); DGPs {:.2f}{}, DGP {:.2f} {}{}\n", view.view,
                             view.illuminance_lx, view.picture_illuminance_lx, view.simplified_probability,
                             view.sun_lx > 0.0 ? " (not valid: sun at the eye)" : view.simplified_valid() ? "" : " (outside its range)",
                             view.probability, class_of(view.probability), view.valid() ? "" : " (outside its range)");
+    }
     return text;
+}
+
+std::vector<std::string> glare_warnings(const std::vector<GlareJudgement>& judgements) {
+    // Coarse pixels and nodes a metre apart stay below 5 %.
+    constexpr double most_difference = 0.1;
+    std::vector<std::string> warnings;
+    for (const GlareJudgement& judgement : judgements) {
+        if (!judgement.glare) continue;
+        const ViewGlare& view = *judgement.glare;
+        const double larger_lx = std::max(view.illuminance_lx, view.picture_illuminance_lx);
+        if (std::abs(view.illuminance_lx - view.picture_illuminance_lx) <= most_difference * larger_lx) continue;
+        warnings.push_back(fmt::format("view \"{}\": a sensor at the eye has {:.4g} lx, its picture {:.4g} lx: glare is not reliable "
+                                       "(is the eye close to a surface, the picture or the grid coarse?)",
+                                       view.view, view.illuminance_lx, view.picture_illuminance_lx));
+    }
+    return warnings;
 }
 
 }  // namespace naturel

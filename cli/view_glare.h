@@ -15,7 +15,7 @@ struct ViewGlare {
     double illuminance_lx = 0.0;          ///< at the eye, across the view: computed as for a sensor
     double picture_illuminance_lx = 0.0;  ///< the same from the pixels: how well the picture shows what the eye gets
     double sun_lx = 0.0;                  ///< its part straight from the sun
-    double simplified_probability = 0.0;  ///< DGPs
+    double simplified_probability = 0.0;  ///< DGPs, at most 1
     double probability = 0.0;             ///< DGP with the sources of the picture
     std::vector<GlareSource> sources{};
 
@@ -24,15 +24,24 @@ struct ViewGlare {
     bool simplified_valid() const;
 };
 
-/// Of a fisheye of 180 degrees whose eye is in a room or outdoors; nothing for other views and for eyes in solid matter.
-std::optional<ViewGlare> judge_glare(const Result& result, const View& view, const Picture& picture, Progress& progress);
+/// What a run makes of the glare in one view.
+struct GlareJudgement {
+    std::string view;
+    std::optional<ViewGlare> glare{};  ///< of a fisheye of 180 degrees whose eye is in a room or outdoors
+    std::string not_judged{};          ///< why there is none of another fisheye
+};
+GlareJudgement judge_glare(const Result& result, const View& view, const Picture& picture, Progress& progress);
 
 inline constexpr const char* glare_file_name = "glare.json";
 
-/// Text of that file.
-std::string glare_json(const std::vector<ViewGlare>& views);
+/// Text of that file. earlier: its text, if there is one: views of other ids stay, and where one of `judgements` has no glare, none of its
+/// id is left. Empty where no view is left.
+std::string glare_json(const std::vector<GlareJudgement>& judgements, const std::string& earlier = {});
 
-/// A line for every view, for people.
-std::string glare_account(const std::vector<ViewGlare>& views);
+/// A line for every fisheye, for people.
+std::string glare_account(const std::vector<GlareJudgement>& judgements);
+
+/// Sentences about eyes whose picture does not show the light that they get.
+std::vector<std::string> glare_warnings(const std::vector<GlareJudgement>& judgements);
 
 }  // namespace naturel

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <span>
 
@@ -56,19 +56,27 @@ ImageMetadata image_metadata(const Result& result, const View& view) {
     for (std::size_t k = 0; k < view.cut_planes.size(); ++k)
         metadata.emplace_back(fmt::format("naturel:cut_plane_{}", k + 1),
                               fmt::format("through {} normal {}", text(view.cut_planes[k].point_m), text(view.cut_planes[k].normal)));
+    constexpr std::array see_through_words{Choice{SeeThrough::nothing, "nothing"}, Choice{SeeThrough::backs, "backs"}, Choice{SeeThrough::walls, "walls"}};
+    metadata.emplace_back("naturel:see_through", name_of(see_through_words, view.see_through));
     metadata.emplace_back("naturel:samples", std::to_string(view.samples));
+    metadata.emplace_back("naturel:quality", view.quality == PictureQuality::gather ? "gather" : "interpolated");
+    if (view.quality == PictureQuality::gather) {
+        // Of the rows from the points of surfaces.
+        for (const auto& [name, value] : result.visibility.settings())
+            if (name == "rays_per_point" || name == "pair_tolerance" || name == "resolution") metadata.emplace_back("naturel:" + name, value);
+    }
     return metadata;
 }
 
 /// What a picture in false colour shows, in words.
 struct Quantity {
-    std::string_view words, unit, plain_unit;
+    std::string_view words, unit, plain_unit, grey_means;
 };
 Quantity quantity_of(FalseColourQuantity quantity) {
     switch (quantity) {
-        case FalseColourQuantity::illuminance: return {"illuminance of surfaces", "lx", "lx"};
-        case FalseColourQuantity::daylight_factor: return {"daylight factor of surfaces", "%", "%"};
-        default: return {"luminance", "cd/m\u00b2", "cd/m2"};
+        case FalseColourQuantity::illuminance: return {"illuminance of surfaces", "lx", "lx", "no indoor surface"};
+        case FalseColourQuantity::daylight_factor: return {"daylight factor of surfaces", "%", "%", "no indoor surface"};
+        default: return {"luminance", "cd/m\u00b2", "cd/m2", "nothing shown"};
     }
 }
 
@@ -86,7 +94,10 @@ std::vector<double> field_of(const Result& result, const Picture& picture, False
     }
     std::vector<double> field;
     field.reserve(bands.size());
-    for (const Band3& band : bands) field.push_back(scale * result.primaries.luminous(band));
+    for (std::size_t k = 0; k < bands.size(); ++k) {
+        const bool is_shown = picture.coverage.empty() || picture.coverage[k] > 0.0f;
+        field.push_back(is_shown ? scale * result.primaries.luminous(bands[k]) : std::numeric_limits<double>::quiet_NaN());
+    }
     return field;
 }
 
@@ -98,7 +109,8 @@ std::string false_colour_png(const Result& result, const View& view, const Pictu
     if (!maximum) {
         // As for the automatic exposure: the window or a spot of sun would leave one colour to the rest of the room.
         std::vector<double> known;
-        std::ranges::copy_if(field, std::back_inserter(known), [](double value) { return std::isfinite(value); });
+        for (const std::size_t k : pixels_for_exposure(picture))
+            if (std::isfinite(field[k])) known.push_back(field[k]);
         const double bright = white_luminance_cd_m2(std::move(known), {});
         maximum = round_maximum({&bright, 1});
     }
@@ -109,7 +121,9 @@ std::string false_colour_png(const Result& result, const View& view, const Pictu
                                          .unit = std::string(quantity.unit),
                                          .scale = wanted.scale,
                                          .maximum = maximum,
-                                         .contours = wanted.contours}),
+                                         .contours = wanted.contours,
+                                         .parts = picture.surface,
+                                         .grey_means = std::string(quantity.grey_means)}),
                       metadata);
 }
 
@@ -127,7 +141,7 @@ std::string encode(ImageFormat format, const Result& result, const View& view, c
     return encode_png(screen, picture.coverage, metadata);
 }
 
-/// Pictures of so many pixels (76 bytes each) wait for their encoding together: encoding one file takes one thread.
+/// Pictures of so many pixels (81 bytes each) wait for their encoding together: encoding one file takes one thread.
 constexpr std::size_t encoded_together = 4'000'000;
 
 struct DrawnView {
@@ -135,7 +149,7 @@ struct DrawnView {
     const std::string& stem;
     Picture picture;
     ScreenPicture screen{};
-    std::optional<ViewGlare> glare{};
+    GlareJudgement judgement{};
 };
 
 /// The files of views, encoded in parallel and written in order.
@@ -161,7 +175,7 @@ void write_files(const Result& result, const std::filesystem::path& folder, std:
         if (false_colour) files.push_back(fmt::format("views/false_colour/{}.png", views[k].stem));
         for (std::size_t file = 0; file < files.size(); ++file) write_file(folder / files[file], bytes[k * files_of_view + file]);
         written.push_back({views[k].view.id, std::move(files), views[k].screen.white_luminance_cd_m2, views[k].view.picture,
-                           std::move(views[k].glare)});
+                           std::move(views[k].judgement)});
     }
 }
 
@@ -192,18 +206,17 @@ std::vector<WrittenView> write_views(const Result& result, const std::filesystem
         if (pixels > 0 && pixels + more > encoded_together) write_drawn();
         drawn.push_back({.view = views[k], .stem = stems[k],
                          .picture = draw_view(result.scene, result.building, result.grid, result.visibility, result.solution, views[k], progress)});
-        drawn.back().glare = judge_glare(result, views[k], drawn.back().picture, progress);
+        drawn.back().judgement = judge_glare(result, views[k], drawn.back().picture, progress);
         pixels += more;
     }
     write_drawn();
     return written;
 }
 
-std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views) {
-    std::vector<ViewGlare> glare;
-    for (const WrittenView& view : views)
-        if (view.glare) glare.push_back(*view.glare);
-    return glare;
+std::vector<GlareJudgement> judgements_of(const std::vector<WrittenView>& views) {
+    std::vector<GlareJudgement> judgements;
+    for (const WrittenView& view : views) judgements.push_back(view.judgement);
+    return judgements;
 }
 
 }  // namespace naturel

@@ -14,7 +14,7 @@ struct WrittenView {
     std::vector<std::string> files;      ///< in the order of PictureFiles::formats, then, if asked for, PNG in false colour
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
     PictureOptions options{};
-    std::optional<ViewGlare> glare{};
+    GlareJudgement judgement{};
 };
 
 /// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws WriteError.
@@ -23,7 +23,7 @@ void prepare_view_folders(const Scene& scene, const PictureFiles& files, const s
 /// Draws every view of the scene and writes its pictures below `folder`.
 std::vector<WrittenView> write_views(const Result& result, const std::filesystem::path& folder, Progress& progress);
 
-/// What is known of the views that have it.
-std::vector<ViewGlare> glare_of(const std::vector<WrittenView>& views);
+/// What was made of the glare in each of the views.
+std::vector<GlareJudgement> judgements_of(const std::vector<WrittenView>& views);
 
 }  // namespace naturel

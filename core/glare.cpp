@@ -18,7 +18,7 @@ enum class Brightness : std::uint8_t { none, source, peak };
 
 }  // namespace
 
-double simplified_glare_probability(Illuminance at_eye) { return 6.22e-5 * at_eye.value + 0.184; }
+double simplified_glare_probability(Illuminance at_eye) { return std::min(1.0, 6.22e-5 * at_eye.value + 0.184); }
 
 double position_index(const dvec3& direction, const dvec3& forward, const dvec3& up) {
     const dvec3 right = glm::cross(forward, up);

@@ -8,7 +8,7 @@
 // Discomfort glare from daylight (docs/pictures.md, "Glare").
 namespace naturel {
 
-/// DGPs = 6.22e-5 Ev + 0.184, from the vertical illuminance at the eye alone (Wienold 2009). Made for eyes that neither the sun nor its
+/// DGPs = 6.22e-5 Ev + 0.184, at most 1, from the vertical illuminance at the eye alone (Wienold 2009). Made for eyes that neither the sun nor its
 /// mirror image reaches.
 double simplified_glare_probability(Illuminance at_eye);
 

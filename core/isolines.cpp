@@ -60,11 +60,19 @@ struct Lattice {
 
 }  // namespace
 
-std::vector<Isoline> isolines(std::span<const double> field, int columns, int rows, double value) {
+std::vector<Isoline> isolines(std::span<const double> field, int columns, int rows, double value, std::span<const std::uint32_t> parts) {
     NATUREL_EXPECT(columns >= 0 && rows >= 0 && field.size() == static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    NATUREL_EXPECT(parts.empty() || parts.size() == field.size());
     if (columns < 2 || rows < 2) return {};
     const Lattice lattice{columns, rows};
     const auto at = [&](std::int64_t column, std::int64_t row) { return field[static_cast<std::size_t>(row * columns + column)]; };
+
+    const auto is_of_one_part = [&](std::int64_t column, std::int64_t row) {
+        if (parts.empty()) return true;
+        const auto part = [&](std::int64_t x, std::int64_t y) { return parts[static_cast<std::size_t>(y * columns + x)]; };
+        const std::uint32_t first = part(column, row);
+        return first != 0 && part(column + 1, row) == first && part(column + 1, row + 1) == first && part(column, row + 1) == first;
+    };
 
     // Larger values lie to the left of every crossing, so each edge is the end of one crossing and the beginning of another.
     std::vector<std::int64_t> next(static_cast<std::size_t>(lattice.edge_count()), no_edge);
@@ -74,7 +82,7 @@ std::vector<Isoline> isolines(std::span<const double> field, int columns, int ro
         for (std::int64_t column = 0; column + 1 < columns; ++column) {
             const std::array corners{at(column, row), at(column + 1, row), at(column + 1, row + 1), at(column, row + 1)};
             const double sum = corners[0] + corners[1] + corners[2] + corners[3];
-            if (!std::isfinite(sum)) continue;
+            if (!std::isfinite(sum) || !is_of_one_part(column, row)) continue;
             std::size_t over = 0;
             for (std::size_t k = 0; k < 4; ++k) over |= corners[k] >= value ? std::size_t{1} << k : 0;
             const bool saddle = over == 5 || over == 10;

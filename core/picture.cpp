@@ -175,6 +175,40 @@ private:
         picture.illuminance_lx[pixel] = sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx.total() : none;
         picture.sky_illuminance_lx[pixel] = sums.on_surfaces > 0 ? 1.0 / sums.on_surfaces * sums.illuminance_lx.sky : none;
         picture.coverage[pixel] = static_cast<float>(sums.shown) / static_cast<float>(n * n);
+        const Sample& first = scratch.samples.front();
+        const std::uint32_t surface = surface_of(first);
+        if (!std::ranges::all_of(scratch.samples, [&](const Sample& sample) { return surface_of(sample) == surface; })) return;
+        picture.surface[pixel] = surface;
+        picture.shown[pixel] = shown_by(first.look);
+    }
+
+    static PixelContent shown_by(const Look& look) {
+        switch (look.kind) {
+            case Look::Kind::nothing: return PixelContent::mixed;
+            case Look::Kind::cut:
+            case Look::Kind::black: return PixelContent::solid;
+            case Look::Kind::indoors: return look.through == 0 ? PixelContent::indoors : PixelContent::other;
+            default: return PixelContent::other;
+        }
+    }
+
+    /// Picture::surface of what a sample meets. Light is smooth across the facets of a face, and across its patches up to the edge of
+    /// a sunspot. Numbers are scattered over 32 bits: two surfaces side by side have the same in one of 4e9 cases.
+    std::uint32_t surface_of(const Sample& sample) const {
+        const Look& look = sample.look;
+        if (look.kind == Look::Kind::nothing) return 0;
+        std::uint64_t number = look.through;
+        const auto mix = [&](std::uint64_t part) {  // the steps of splitmix64 (Steele et al. 2014)
+            number = (number ^ part) + 0x9e3779b97f4a7c15u;
+            number = (number ^ (number >> 30)) * 0xbf58476d1ce4e5b9u;
+            number = (number ^ (number >> 27)) * 0x94d049bb133111ebu;
+            number ^= number >> 31;
+        };
+        mix(static_cast<std::uint64_t>(look.kind));
+        if (look.facet != FacetId::none) mix(index(building_.facets[index(look.facet)].face));
+        if (look.patch != PatchId::none) mix(grid_.patches[index(look.patch)].sunspot);
+        mix(sample.sun_cd_m2 > 0.0 ? 1 : 0);
+        return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(number));
     }
 
     /// seen: what view_facets() found along the ray.
@@ -184,6 +218,11 @@ private:
         const Camera::Reach reach = camera_.reach(ray);
         if (reach.empty()) return {};
         if (reach.cut && starts_in_solid(ray, reach)) return {.kind = Look::Kind::cut};
+        if (starts_in_ground(ray, reach, seen)) {
+            // What is seen from above lies under the ground, too: it hides all that is deeper.
+            if (ray.direction.z >= 0.0) return {.kind = Look::Kind::cut};
+            look.facet = seen = FacetId::none;
+        }
         double distance_m = reach.end_m;
         if (seen == FacetId::none) {
             if (std::isfinite(reach.end_m)) return {};
@@ -311,6 +350,14 @@ private:
         return in_solid(reach.begin_m) && in_solid(reach.begin_m + 2 * cut_slack_m / slope);
     }
 
+    /// Whether a ray of a parallel view begins in the ground beside the building, not at a plane that cuts it. Other views have an eye,
+    /// which is where somebody can be.
+    bool starts_in_ground(const Camera::Ray& ray, const Camera::Reach& reach, FacetId seen) const {
+        if (camera_.kind != ViewKind::parallel || reach.cut) return false;
+        if (seen != FacetId::none && building_.facets[index(seen)].environment == Environment::indoor) return false;
+        return ray.origin_m.z < building_.ground_z_m && medium_at(scene_, ray.origin_m) == Medium::solid;
+    }
+
     /// The polyhedra that a cut plane goes through, or comes near to.
     void find_cut_polyhedra() {
         for (std::size_t k = 0; k < scene_.polyhedra.size(); ++k) {
@@ -354,7 +401,10 @@ Picture draw_view(const Scene& scene, const Building& building, const PatchGrid&
                     .luminance_cd_m2 = std::vector<Band3>(pixels),
                     .illuminance_lx = std::vector<Band3>(pixels),
                     .sky_illuminance_lx = std::vector<Band3>(pixels),
-                    .coverage = std::vector<float>(pixels)};
+                    .coverage = std::vector<float>(pixels),
+                    .shown = std::vector<PixelContent>(pixels, PixelContent::mixed),
+                    .surface = std::vector<std::uint32_t>(pixels, 0),
+                    .around_rooms = view.kind == ViewKind::parallel || !view.cut_planes.empty() || view.see_through == SeeThrough::walls};
     int band_rows = most_band_rows;
     while (band_rows > 1 && std::int64_t{band_rows} * n * samples.width > most_band_samples) band_rows /= 2;
     ThreadScratch<Painter::Scratch> scratches;

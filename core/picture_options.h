@@ -5,8 +5,8 @@ namespace naturel {
 
 /// What luminance a picture shows as white.
 enum class ExposureMode : std::uint8_t {
-    automatic,   ///< the 99th percentile of the pixels, or five times their median where that is less
-    percentile,  ///< this percentile of the pixels
+    automatic,   ///< the 99th percentile of the pixels that count, or five times their median where that is less
+    percentile,  ///< this percentile of the pixels that count (pixels_for_exposure())
     ev100,       ///< a camera set to this exposure value at ISO 100
     white,       ///< this luminance, cd/m2
 };

@@ -40,15 +40,25 @@ double white_luminance_cd_m2(std::vector<double> luminance, const Exposure& expo
     return white > 0.0 ? white : luminance.back();
 }
 
+std::vector<std::size_t> pixels_for_exposure(const Picture& picture) {
+    std::vector<std::size_t> shown, indoors;
+    for (std::size_t k = 0; k < picture.luminance_cd_m2.size(); ++k) {
+        const PixelContent what = picture.shown.empty() ? PixelContent::other : picture.shown[k];
+        // What a picture does not show, as around a fisheye, has no say in how bright the rest becomes.
+        if (what == PixelContent::solid || (!picture.coverage.empty() && !(picture.coverage[k] > 0.0f))) continue;
+        shown.push_back(k);
+        if (what == PixelContent::indoors) indoors.push_back(k);
+    }
+    return picture.around_rooms && !indoors.empty() ? indoors : shown;
+}
+
 ScreenPicture map_to_screen(const Picture& picture, const Primaries& primaries, const PictureOptions& options,
                             const Band3& sky_colour) {
     std::vector<double> luminance, shown;
     luminance.reserve(picture.luminance_cd_m2.size());
     for (const Band3& band : picture.luminance_cd_m2)
         luminance.push_back(primaries.luminous(band));
-    // What a picture does not show, as around a fisheye, has no say in how bright the rest becomes.
-    for (std::size_t k = 0; k < luminance.size(); ++k)
-        if (picture.coverage.empty() || picture.coverage[k] > 0.0f) shown.push_back(luminance[k]);
+    for (const std::size_t k : pixels_for_exposure(picture)) shown.push_back(luminance[k]);
 
     const bool reinhard = options.tone_mapping == ToneMapping::reinhard;
     const bool by_log_mean = reinhard && options.exposure.mode == ExposureMode::automatic;

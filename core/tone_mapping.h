@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,11 @@ ScreenPicture map_to_screen(const Picture& picture, const Primaries& primaries, 
 
 /// 8-bit sRGB of a linear colour.
 std::array<std::uint8_t, 3> srgb8(const glm::dvec3& linear);
+
+/// The pixels that an automatic exposure, or one by percentile, looks at: those that show anything but solids cut open and backs, which
+/// are black whatever the light; of pictures that show the rooms from around them, only those that show one indoor surface and nothing
+/// else, where there are any. Numbers of pixels, increasing.
+std::vector<std::size_t> pixels_for_exposure(const Picture& picture);
 
 /// The luminance that an exposure shows as white, cd/m2. Automatic: the 99th percentile of the pixels, or five times
 /// their median where that is less, as in a room whose window shows the sky: half of the picture is at least middle grey

@@ -148,4 +148,8 @@ TEST_CASE("options of pictures that make no sense are refused with what would be
     refused({"--false-colour-scale", "cubic"}, "unknown word \"cubic\" (known: linear, logarithmic)");
     refused({"--false-colour-max", "0"}, "--false-colour-max");
     refused({"--contours", "10,-5"}, "--contours");
+    for (const std::vector<std::string>& idle : {std::vector<std::string>{"--contours", "1,2"}, {"--false-colour-max", "5"}, {"--false-colour-scale", "logarithmic"}}) {
+        refused(idle, idle.front() + ": nothing is drawn in false colour (give \"--false-colour luminance\"");
+        refused({"--false-colour", "none", idle[0], idle[1]}, idle.front() + ": nothing is drawn in false colour");
+    }
 }

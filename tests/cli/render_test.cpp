@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/false_colour.h"
 #include "tests/catch.h"
+#include "tests/cli/png.h"
 #include "tests/cli/program.h"
 #include "tests/cli/xml.h"
 
@@ -220,13 +222,22 @@ TEST_CASE("pictures say how they were made", "[cli][render]") {
     CHECK(exr_text(exr, "naturel:scene_sha256").size() == 64);
     CHECK(exr_text(exr, "Software").starts_with("naturel "));
     CHECK(exr_text(exr, "naturel:white_cd_m2") == "(absent)");  // nothing of the exposure
+    CHECK(exr_text(exr, "naturel:see_through") == "nothing");
+    CHECK(exr_text(exr, "naturel:quality") == "interpolated");
+    CHECK(exr_text(exr, "naturel:resolution") == "(absent)");
+    const Rendered gathered = render({"--view", R"({"id": "x", "from": [2, 3, 1], "to": [2, 1, 1], "width": 2, "height": 2, "quality": "gather", "see_through": "backs"})"});
+    INFO(gathered.outcome.errors);
+    REQUIRE(gathered.outcome.exit_code == 0);
+    CHECK(exr_text(gathered.files.at("views/x.exr"), "naturel:see_through") == "backs");
+    CHECK(exr_text(gathered.files.at("views/x.exr"), "naturel:quality") == "gather");
+    CHECK(exr_text(gathered.files.at("views/x.exr"), "naturel:resolution") == "32");
 }
 
 TEST_CASE("glare is judged from the illuminance at the eye, and its picture agrees", "[cli][render][glare]") {
     const nlohmann::json glare = glare_of(files_below(finished_run().result()));
     const double at_eye_lx = glare["vertical_illuminance_lx"].get<double>();
     CHECK(std::abs(glare["dgps"].get<double>() - (6.22e-5 * at_eye_lx + 0.184)) < 1e-12);
-    // Coarse pixels and nodes a metre apart; the sum over a fine picture of a fine grid is within 1 % (docs/pictures.md).
+    // Coarse pixels, and nodes a metre apart.
     CHECK(std::abs(glare["vertical_illuminance_of_picture_lx"].get<double>() / at_eye_lx - 1.0) < 0.05);
     CHECK(finished_run().account.find("  eye: ") != std::string::npos);
     // The point of the scene's second set is this eye.
@@ -237,6 +248,184 @@ TEST_CASE("glare is judged from the illuminance at the eye, and its picture agre
     for (int k = 0; k < 4; ++k) at = table.find(',', at) + 1;
     CHECK(std::abs(std::stod(table.substr(at)) / at_eye_lx - 1.0) < 1e-8);  // digits of the table
     CHECK(glare["dgp"].get<double>() > 0.16);
+}
+
+TEST_CASE("false colour has the colour of each pixel's luminance on its scale, and a legend of both ends", "[cli][render][false_colour]") {
+    const std::string kind = GENERATE("linear", "logarithmic");
+    INFO(kind);
+    constexpr double maximum = 400.0;
+    const Rendered rendered = render({"--view", eye_view, "--format", "hdr", "--width", "320", "--false-colour", "luminance", "--false-colour-max", "400",
+                                      "--false-colour-scale", kind, "--contours", "200,5000"});
+    INFO(rendered.outcome.errors);
+    REQUIRE(rendered.outcome.exit_code == 0);
+    const RadiancePicture luminance = read_radiance(rendered.files.at("views/eye.hdr"));
+    const PngPicture mapped = read_png(rendered.files.at("views/false_colour/eye.png"));
+    const auto place_of = [&](double value) {
+        const double share = value / maximum;
+        return std::clamp(kind == "linear" ? share : 1.0 + std::log10(share) / 3.0, 0.0, 1.0);
+    };
+    const auto is_near = [](const naturel::Rgb8& a, const naturel::Rgb8& b) {
+        // Half a step of RGBE, 0.4 %, is at most that on viridis, whose channels change by 60 a ninth at most.
+        for (std::size_t c = 0; c < 3; ++c)
+            if (std::abs(int{a[c]} - int{b[c]}) > 4) return false;
+        return true;
+    };
+    const naturel::Rgb8 black{0, 0, 0}, white{255, 255, 255}, grey{200, 200, 200};
+    constexpr std::size_t top = 32;  // of the title: 24 rows for its letters and 8 below
+    std::size_t colours = 0, wrong = 0, of_lines = 0, unshown = 0;
+    for (std::size_t row = 0; row < luminance.height; ++row) {
+        for (std::size_t column = 0; column < luminance.width; ++column) {
+            const double value = luminance.luminance_cd_m2[row * luminance.width + column];
+            const naturel::Rgb8 colour = mapped.rgb(column, row + top);
+            if (colour == black || colour == white) {
+                ++of_lines;
+            } else if (colour == grey) {
+                ++unshown;
+                wrong += value > 0.0;
+            } else {
+                ++colours;
+                // Pixels of the rim are dimmed by their share of the circle in one file and not in the other.
+                const double x = static_cast<double>(column) - 159.5, y = static_cast<double>(row) - 159.5;
+                if (std::hypot(x, y) < 159.0) wrong += !is_near(colour, naturel::viridis(place_of(value)));
+            }
+        }
+    }
+    CHECK(wrong == 0);
+    CHECK(colours > 60000);
+    CHECK(of_lines < 8000);
+    CHECK(unshown > 20000);  // the corners around the circle: (1 - pi / 4) 320^2 = 21975
+
+    // The bar stands 12 columns beside the picture, 24 wide; marks of its numbers follow.
+    const std::size_t bar = luminance.width + 12, marks = bar + 24;
+    const naturel::Rgb8 ink{30, 30, 30};
+    std::vector<std::size_t> marked, rows;
+    for (std::size_t row = 0; row < mapped.height; ++row) {
+        const naturel::Rgb8 colour = mapped.rgb(bar, row);
+        if (colour == naturel::viridis(1.0) || is_near(colour, naturel::viridis(1.0))) rows.push_back(row);
+        if (mapped.rgb(marks + 2, row) == ink && mapped.rgb(marks, row) == ink && mapped.rgb(marks + 4, row) == ink) marked.push_back(row);
+    }
+    REQUIRE(!rows.empty());
+    REQUIRE(marked.size() >= 3);
+    const std::size_t first = marked.front(), last = marked.back();
+    CHECK(first == rows.front());
+    const double bar_rows = static_cast<double>(last - first);
+    CHECK(is_near(mapped.rgb(bar + 4, first), naturel::viridis(1.0)));
+    CHECK(is_near(mapped.rgb(bar + 4, last), naturel::viridis(0.0)));
+    for (std::size_t row = first; row <= last; ++row) {
+        const naturel::Rgb8 colour = mapped.rgb(bar + 4, row);
+        const auto of_200 = first + static_cast<std::size_t>(std::lround((1.0 - place_of(200.0)) * bar_rows));
+        // The line at 200 is marked, that at 5000 has no place.
+        if (row == of_200)
+            CHECK((colour == black || colour == white));
+        else
+            CHECK(is_near(colour, naturel::viridis(1.0 - (static_cast<double>(row - first) + 0.5) / (bar_rows + 1.0))));
+    }
+    // Marks between the ends stand where round values are.
+    for (const std::size_t row : marked) {
+        double nearest = 1e9;
+        for (const double value : naturel::ColourScale(kind == "linear" ? naturel::ColourScaleKind::linear : naturel::ColourScaleKind::logarithmic, maximum).round_values(12))
+            for (const double end : {value, maximum, maximum / 1000.0})
+                nearest = std::min(nearest, std::abs(static_cast<double>(row - first) - (1.0 - place_of(end)) * bar_rows));
+        CHECK(nearest <= 0.5 + 1e-9);
+    }
+    // Something is brighter than the scale: the sign before the number, whose pointed half is left of what "400" alone has.
+    const Rendered higher = render({"--view", eye_view, "--format", "hdr", "--width", "320", "--false-colour", "luminance", "--false-colour-max", "4e6",
+                                    "--false-colour-scale", kind});
+    const PngPicture all = read_png(higher.files.at("views/false_colour/eye.png"));
+    const auto sign = [&](const PngPicture& picture) {  // its stroke below: five columns of two pixels, six rows of two below its top
+        const std::size_t left = marks + 9, row = first - 7 + 12;
+        for (std::size_t k = 0; k < 10; ++k)
+            if (picture.rgb(left + k, row) != ink) return false;
+        return true;
+    };
+    CHECK(sign(mapped));
+    CHECK_FALSE(sign(all));
+}
+
+TEST_CASE("what is written in false colour grows with the picture", "[cli][render][false_colour]") {
+    for (const auto& [width, factor] : {std::pair{"1300", std::size_t{1}}, {"1400", std::size_t{2}}, {"2700", std::size_t{3}}}) {
+        INFO(width);
+        const Rendered rendered = render({"--view", "to: window", "--format", "png", "--width", width, "--height", "20", "--samples", "1", "--false-colour", "luminance",
+                                          "--false-colour-max", "400"});
+        INFO(rendered.outcome.errors);
+        REQUIRE(rendered.outcome.exit_code == 0);
+        const PngPicture mapped = read_png(rendered.files.at("views/false_colour/to__window.png"));
+        // The title takes 24 rows for its letters and 8 below; a mark of the legend is one row thick and 5 columns long, 24 beside the bar's left.
+        const naturel::Rgb8 paper{245, 245, 245}, ink{30, 30, 30};
+        CHECK(mapped.rgb(0, 32 * factor - 1) == paper);
+        CHECK(mapped.rgb(0, 32 * factor) != paper);
+        const std::size_t marks = std::stoul(width) + (12 + 24) * factor;
+        std::size_t row = (32 + 26) * factor, thickness = 0, length = 0;  // behind the unit
+        while (mapped.rgb(marks, row) != ink) ++row;
+        while (mapped.rgb(marks, row + thickness) == ink) ++thickness;
+        while (mapped.rgb(marks + length, row) == ink) ++length;
+        CHECK(thickness == factor);
+        CHECK(length == 5 * factor);
+    }
+}
+
+TEST_CASE("what is drawn into a folder later leaves what is known of the other pictures there", "[cli][render][glare]") {
+    const TemporaryFolder folder;
+    const std::string result = finished_run().result().string(), out = (folder / "out").string();
+    const auto draw = [&](const std::string& view, const std::string& into) {
+        return run_naturel({"render", result, "--out", into, "--quiet", "--format", "png", "--view", view});
+    };
+    const auto ids = [&] {
+        const auto glare = nlohmann::json::parse(content_of(folder / "out/glare.json"));
+        std::vector<std::string> found;
+        for (const auto& view : glare["views"]) found.push_back(view["view"]);
+        return found;
+    };
+    REQUIRE(draw("eye", out).exit_code == 0);
+    REQUIRE(draw("to: window", out).exit_code == 0);
+    CHECK(ids() == std::vector<std::string>{"eye"});
+    REQUIRE(draw(R"({"id": "other", "kind": "fisheye", "from": [2, 2, 1.2], "to": [2, 0, 1.2], "width": 32})", out).exit_code == 0);
+    CHECK(ids() == std::vector<std::string>{"eye", "other"});
+    REQUIRE(draw("eye", out).exit_code == 0);
+    CHECK(ids() == std::vector<std::string>{"other", "eye"});
+    // A picture that takes the place of an eye's takes its glare.
+    REQUIRE(draw(R"({"id": "eye", "from": [2, 2, 1.2], "to": [2, 0, 1.2], "width": 8, "height": 8})", out).exit_code == 0);
+    CHECK(ids() == std::vector<std::string>{"other"});
+
+    // The folder of a run is not touched.
+    const auto before = files_below(finished_run().result());
+    for (const std::string& view : {std::string("eye"), std::string(R"({"id": "eye", "kind": "plan", "z": 1, "width": 8})")}) {
+        const Outcome refused = draw(view, result);
+        CHECK(refused.exit_code == 2);
+        CHECK(refused.errors.find("is the folder of a run, whose pictures and glare would be replaced (name another one)") != std::string::npos);
+    }
+    CHECK((files_below(finished_run().result()) == before));
+}
+
+TEST_CASE("a fisheye whose glare is not judged says why, and one from where nobody looks warns", "[cli][render][glare]") {
+    const auto draw = [](const std::string& keys) {
+        const Rendered rendered = render({"--format", "png", "--view", R"({"id": "x", "kind": "fisheye", "width": 32, )" + keys + "}"});
+        INFO(rendered.outcome.errors);
+        CHECK(rendered.outcome.exit_code == 0);
+        return rendered;
+    };
+    const std::string inside = R"("from": [2, 2, 1.2], "to": [2, 0, 1.2])";
+    for (const auto& [keys, why] : {std::pair{R"("fov_deg": 120, )" + inside, "the fisheye shows 120 degrees (an eye sees 180)"},
+                                    {R"("height": 20, )" + inside, "the picture has 32 x 20 pixels (it must be as wide as high)"},
+                                    {R"("see_through": "walls", )" + inside, "the view sees through surfaces"},
+                                    {std::string(R"("from": [2, 3.8, 1.2], "to": [2, 0, 1.2])"), "the eye is inside a solid"}}) {
+        const Rendered rendered = draw(keys);
+        CHECK(rendered.outcome.output.find(std::string("  x: glare not judged: ") + why + "\n") != std::string::npos);
+        CHECK_FALSE(rendered.files.contains("glare.json"));
+    }
+    CHECK(draw(inside).outcome.errors.empty());
+    CHECK(draw(R"("from": [2, 3.8, 1.2], "to": [2, 0, 1.2])").outcome.errors.find("warning: view \"x\" looks from inside a solid (at 2.000, 3.800, 1.200)") != std::string::npos);
+    CHECK(draw(R"("from": [2, 3.5, 1.2], "to": [2, 0, 1.2])").outcome.errors.find("warning: view \"x\" looks from a surface (at 2.000, 3.500, 1.200)") != std::string::npos);
+    // Four pixels are too few for the sum of a hemisphere.
+    const Rendered coarse = render({"--format", "png", "--view", eye_view, "--width", "2"});
+    CHECK(coarse.outcome.errors.find("warning: view \"eye\": a sensor at the eye has ") != std::string::npos);
+    CHECK(coarse.outcome.errors.find("glare is not reliable") != std::string::npos);
+    const Rendered sunny = draw(R"("from": [2, 0.6, 1.2], "to": [2, -1, 2])");
+    const nlohmann::json glare = glare_of(sunny.files);
+    REQUIRE(glare["direct_sun_lx"].get<double>() > 1000.0);
+    CHECK(glare["dgps"] == 1.0);
+    CHECK(glare["dgps_valid"] == false);
+    CHECK(sunny.outcome.output.find("DGPs 1.00 (not valid: sun at the eye)") != std::string::npos);
 }
 
 TEST_CASE("maps of sensors are SVG with the numbers of the table", "[cli][render]") {
@@ -334,6 +523,10 @@ TEST_CASE("views that cannot be drawn are refused before anything is written", "
     refused({"--view", R"({"id": "x", "kind": "fisheye", "from": [0, 0, 1]})"}, 3, "--view:1:1: /: the key \"to\" is missing");
     refused({"--view", R"({"id": "x", "from": [0, 0, 1], "to": [0, 1, 1], "fov": 3})"}, 3, "--view:1:");
     refused({"--view", "eye", "--width", "9000"}, 3, "(at most 64 million)");
+    const TemporaryFolder folder;
+    write(folder / "bad.txt", "all of them\n");
+    refused({"--view", (folder / "bad.txt").string()}, 3, "bad.txt: this is not JSON (a view, an object in { }, or a list of views in [ ] is expected)");
+    refused({"--contours", "5"}, 2, "--contours: nothing is drawn in false colour");
     refused({"--format", "tiff"}, 2, "unknown word \"tiff\" (known: exr, png, hdr)");
     refused({"--backend", "both"}, 2, "unknown backend \"both\"");
 }

@@ -54,6 +54,7 @@ TEST_CASE("position indices are those computed by hand", "[core][glare][analytic
 TEST_CASE("the simplified probability is its line", "[core][glare][analytic]") {
     CHECK(std::abs(simplified_glare_probability({0.0}) - 0.184) < 1e-15);
     CHECK(std::abs(simplified_glare_probability({2500.0}) - 0.3395) < 1e-12);
+    CHECK(simplified_glare_probability({60000.0}) == 1.0);  // a line passes 1, a probability does not
 }
 
 TEST_CASE("a uniform hemisphere is one source whose probability has a closed form", "[core][glare][analytic]") {

@@ -92,3 +92,17 @@ TEST_CASE("an isoline through corners of the lattice stays whole", "[core][isoli
     REQUIRE(lines.size() == 1);
     for (const dvec2& p : lines[0].points) CHECK(std::abs(p.x - p.y) < 1e-12);
 }
+
+TEST_CASE("isolines keep to the parts of a lattice", "[core][isolines]") {
+    const auto field = sampled(10, 6, [](double x, double y) { return y + (x >= 5 ? 3.0 : 0.0); });
+    std::vector<std::uint32_t> parts;
+    for (int k = 0; k < 60; ++k) parts.push_back(k % 10 >= 5 ? 7 : 9);
+    const auto lines = isolines(field, 10, 6, 3.5, parts);
+    REQUIRE(lines.size() == 2);  // one in each part, and none along the step between them
+    for (const Isoline& line : lines)
+        for (const dvec2& p : line.points) CHECK((std::abs(p.y - 3.5) < 1e-12 || std::abs(p.y - 0.5) < 1e-12));
+    CHECK(lines[0].points.size() == 5);
+    CHECK(lines[1].points.size() == 5);
+    for (std::uint32_t& part : parts) part = part == 7 ? 0 : part;
+    CHECK(isolines(field, 10, 6, 3.5, parts).size() == 1);  // 0 is no part
+}

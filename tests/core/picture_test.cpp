@@ -5,9 +5,11 @@
 #include <functional>
 #include <glm/geometric.hpp>
 
+#include "core/isolines.h"
 #include "core/parallel.h"
 #include "core/scene_reader.h"
 #include "core/sky_table.h"
+#include "core/tone_mapping.h"
 #include "core/view.h"
 #include "tests/all_backends.h"
 #include "tests/catch.h"
@@ -240,6 +242,107 @@ TEST_CASE("a plan shows walls that are cut in black, as large as they are", "[pi
     CHECK(std::abs(black_m2(1.2, SeeThrough::backs) - walls) < 1e-9);  // its top lies in the plane and stays
     CHECK(std::abs(black_m2(1.3, SeeThrough::nothing) - walls) < 1e-9);
     CHECK(std::abs(black_m2(2.5, SeeThrough::backs) - walls - 0.3) < 1e-9);  // through the ceiling, which goes, and above the door
+}
+
+TEST_CASE("a parallel view from beside a building shows ground that is cut, not sky, under the ground", "[picture][embree][analytic]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    // Walls of 0.3 m around a room from 1 m under the ground to 1.5 m over it.
+    const Painted painted(closed_room({3, 4, 2.5}, 0.5, -1.0), backend, smooth_lx);
+    const auto draw = [&](const dvec3& direction, std::vector<CutPlane> cut_planes, SeeThrough see_through) {
+        return painted.draw({.id = "", .kind = ViewKind::parallel, .from_m = {1.5, -10, 1}, .to_m = dvec3{1.5, -10, 1} + direction, .width_m = 8,
+                             .width = 80, .height = 80, .cut_planes = std::move(cut_planes), .see_through = see_through});
+    };
+    // Pixels of 0.1 m, on whose outlines ground and walls lie.
+    const auto x_m = [](std::size_t pixel) { return -2.5 + 0.1 * (static_cast<double>(pixel % 80) + 0.5); };
+    const auto z_m = [](std::size_t pixel) { return 5 - 0.1 * (static_cast<double>(pixel / 80) + 0.5); };
+    const double horizon_cd_m2 = painted.solution.outdoors.sky.luminance({0, 1, 0}).value;
+    const Picture elevation = draw({0, 1, 0}, {}, SeeThrough::nothing);
+    const Picture section = draw({0, 1, 0}, {{{0, 2, 0}, {0, -1, 0}}}, SeeThrough::backs);
+    int underground_room = 0;
+    for (std::size_t k = 0; k < elevation.surface.size(); ++k) {
+        INFO("x " << x_m(k) << ", z " << z_m(k));
+        const bool beside = std::abs(x_m(k) - 1.5) > 1.8, in_room = std::abs(x_m(k) - 1.5) < 1.5 && z_m(k) > -1 && z_m(k) < 1.5;
+        CHECK(elevation.coverage[k] == 1.0f);
+        if (z_m(k) < 0) {
+            CHECK(elevation.luminance_cd_m2[k] == Band3{});
+            CHECK(elevation.shown[k] == PixelContent::solid);
+        } else if (beside || z_m(k) > 1.8) {
+            CHECK_THAT(elevation.luminance_cd_m2[k].g, WithinRel(horizon_cd_m2, 1e-12));
+        }
+        CHECK((section.shown[k] == PixelContent::indoors) == in_room);
+        if (!in_room && z_m(k) < 0) CHECK(section.luminance_cd_m2[k] == Band3{});
+        underground_room += in_room && z_m(k) < 0;
+    }
+    CHECK(underground_room == 300);
+    // From above, the ground that lies before the picture's plane hides what is under it; from below there is only earth.
+    const double ground_cd_m2 = painted.solution.outdoors.ground_luminance_cd_m2.total().g;
+    const Picture from_above = draw({0, 1, -0.5}, {}, SeeThrough::nothing), from_below = draw({0, 1, 0.5}, {}, SeeThrough::nothing);
+    for (std::size_t k = 75 * 80; k < from_above.surface.size(); ++k) {
+        CHECK_THAT(from_above.luminance_cd_m2[k].g, WithinRel(ground_cd_m2, 1e-12));
+        CHECK(from_below.shown[k] == PixelContent::solid);
+    }
+}
+
+TEST_CASE("lines of equal value run over surfaces, not along outlines and edges of sunspots", "[picture][isolines][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    const auto points_of_lines = [](const Picture& picture, double value_lx, bool by_surface) {
+        std::vector<double> field;
+        for (const Band3& band : picture.illuminance_lx) field.push_back(band.g);
+        std::size_t points = 0;
+        for (const Isoline& line : isolines(field, picture.width, picture.height, value_lx, by_surface ? std::span(picture.surface) : std::span<const std::uint32_t>{}))
+            points += line.points.size();
+        return points;
+    };
+    {
+        Scene scene = closed_room({3, 4, 2.5});
+        scene.polyhedra.push_back(box("box", Effect::fill, {1, 1.5, 0.6}, {2, 2, 1.2}));
+        scene.grid.spacing_m = 0.5;
+        const Painted painted(scene, backend, [](const PatchGrid&, const Node& node) {
+            const dvec3& p = node.position_m;
+            return p.x > 0.9 && p.x < 2.1 && p.y > 1.4 && p.y < 2.1 && p.z > 0.5 && p.z < 1.3 ? 1000.0 : 100 + 10 * p.z;
+        });
+        const Picture picture = painted.draw({.id = "", .from_m = {1.5, 0.2, 1.3}, .to_m = {1.5, 4, 1.3}, .field_of_view_rad = 1.5, .width = 160, .height = 120});
+        CHECK(points_of_lines(picture, 500.0, false) > 50);
+        CHECK(points_of_lines(picture, 500.0, true) == 0);
+        // At z = 1.5 m on the far wall, 3 m wide in 3.8 m, and on both sides of the room.
+        const double far_wall_pixels = 3 / 3.8 / (2 * std::tan(0.75)) * 160;
+        CHECK(static_cast<double>(points_of_lines(picture, 115.0, true)) > far_wall_pixels);
+    }
+    Scene scene = closed_room({3, 4, 2.5});
+    scene.polyhedra.push_back(box("window", Effect::carve, {1, -0.5, 0.9}, {2, 0, 2.2}));
+    scene.sun = SunDescription{.altitude_rad = 0.5, .azimuth_rad = 3.9, .direct_normal_illuminance_lx = 50000.0};
+    scene.grid.spacing_m = 0.5;
+    const Painted painted(scene, backend, [](const PatchGrid&, const Node& node) { return node.sunspot != no_sunspot ? 1000.0 : 1.0; });
+    const Picture picture = painted.draw({.id = "", .from_m = {0.4, 0.5, 1.6}, .to_m = {2.8, 2, 0.7}, .field_of_view_rad = 1.5, .width = 160, .height = 120});
+    CHECK(points_of_lines(picture, 500.0, false) > 50);
+    CHECK(points_of_lines(picture, 500.0, true) == 0);
+}
+
+TEST_CASE("an automatic exposure of rooms that are cut open knows neither walls nor what is around them", "[picture][embree]") {
+    const Backend backend = GENERATE(from_range(all_backends()));
+    INFO(backend.name);
+    const auto white_cd_m2 = [&](double wall_m, double width_m, const dvec3& normal) {
+        Scene scene = closed_room({3, 4, 2.5});
+        scene.polyhedra[0] = box("building", Effect::fill, dvec3(-wall_m), dvec3(3, 4, 2.5) + wall_m);
+        scene.polyhedra.push_back(box("window", Effect::carve, {1, -wall_m - 0.1, 1}, {2, 0, 2}));
+        const Painted painted(scene, backend, smooth_lx);
+        const dvec3 middle_m{1.5, 2, 1.25};
+        const Picture picture = painted.draw({.id = "", .kind = ViewKind::parallel, .from_m = middle_m + normal, .to_m = middle_m,
+                                              .up = normal.z > 0 ? dvec3{0, 1, 0} : dvec3{0, 0, 1}, .width_m = width_m, .width = 150, .height = 150,
+                                              .cut_planes = {{middle_m, normal}}, .see_through = SeeThrough::backs});
+        return map_to_screen(picture, Primaries(PrimariesName::srgb), {}, grey(1.0)).white_luminance_cd_m2;
+    };
+    for (const dvec3& normal : {dvec3{0, 0, 1}, dvec3{1, 0, 0}}) {
+        const double white = white_cd_m2(0.2, 5, normal);
+        // The brightest hundredth of a floor or wall of 100 to 160 lx with reflectance 0.5.
+        CHECK(white > 0.5 / pi * 100);
+        CHECK(white < 0.5 / pi * 160);
+        // One row of pixels of the room shifts the percentile by less than that.
+        CHECK_THAT(white_cd_m2(1.5, 5, normal), WithinRel(white, 0.01));
+        CHECK_THAT(white_cd_m2(0.2, 15, normal), WithinRel(white, 0.03));
+    }
 }
 
 TEST_CASE("where all is cut away a picture is absent, as outside a fisheye", "[picture][embree]") {

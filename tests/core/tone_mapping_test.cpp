@@ -49,6 +49,23 @@ TEST_CASE("a percentile is a pixel's luminance, and automatic exposure looks aft
     CHECK(white_luminance_cd_m2({}, {}) == 1.0);
 }
 
+TEST_CASE("an exposure looks at what has light, and from around the rooms at the rooms alone", "[core][picture]") {
+    Picture picture = picture_of({grey(0.0), grey(10.0), grey(20.0), grey(0.0), grey(900.0)});
+    CHECK(pixels_for_exposure(picture) == std::vector<std::size_t>{0, 1, 2, 3, 4});
+    picture.shown = {PixelContent::solid, PixelContent::indoors, PixelContent::mixed, PixelContent::mixed, PixelContent::other};
+    picture.coverage = {1.0f, 1.0f, 0.5f, 0.0f, 1.0f};
+    CHECK(pixels_for_exposure(picture) == std::vector<std::size_t>{1, 2, 4});
+    picture.around_rooms = true;
+    CHECK(pixels_for_exposure(picture) == std::vector<std::size_t>{1});
+    picture.shown[1] = PixelContent::other;
+    CHECK(pixels_for_exposure(picture) == std::vector<std::size_t>{1, 2, 4});
+    for (const ToneMapping mapping : {ToneMapping::linear, ToneMapping::reinhard}) {
+        Picture without = picture_of({grey(10.0), grey(20.0), grey(900.0)});
+        CHECK(map_to_screen(picture, srgb, {.tone_mapping = mapping}, grey(1.0)).white_luminance_cd_m2 ==
+              map_to_screen(without, srgb, {.tone_mapping = mapping}, grey(1.0)).white_luminance_cd_m2);
+    }
+}
+
 TEST_CASE("Reinhard shows the brightest as white and the log mean near middle grey", "[core][picture]") {
     std::vector<Band3> pixels;
     for (int k = 0; k <= 100; ++k)
