@@ -241,3 +241,21 @@ TEST_CASE("numbers in a map neither run together nor into the values of its line
         for (const Number& value : values) check(levels[k], value, 0.0);
     }
 }
+
+TEST_CASE("the summary tells the glare of a view and what its false colours mean", "[cli][report]") {
+    std::string scene = changed_room("\"kind\": \"perspective\"", "\"kind\": \"fisheye\"");
+    scene = std::regex_replace(scene, std::regex("\"fov_deg\": 70,\\s*\"width\": 32, \"height\": 24"), "\"fov_deg\": 180, \"width\": 32, \"height\": 32");
+    const auto files = run_scene(scene, {"--false-colour", "illuminance", "--contours", "100,500"});
+    const Json view = Json::parse(files.at("summary.json"))["views"][0];
+    Json glare = Json::parse(files.at("glare.json"))["views"][0];
+    CHECK(glare["view"] == view["id"]);
+    CHECK(glare["vertical_illuminance_lx"].get<double>() > 0.0);
+    glare.erase("view");
+    glare.erase("sources");
+    CHECK(view["glare"] == glare);
+    CHECK(view["false_colour"]["quantity"] == "illuminance");
+    CHECK(view["false_colour"]["unit"] == "lx");
+    CHECK(view["false_colour"]["scale"] == "linear");
+    CHECK(view["false_colour"]["contours"] == Json{100.0, 500.0});
+    CHECK_FALSE(Json::parse(plain_room().at("summary.json"))["views"][0].contains("glare"));
+}
