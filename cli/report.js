@@ -55,7 +55,6 @@
     const part = section("glare", "Glare", "At the eyes of fisheye views: DGP from the illuminance of the eye and the sources of glare in its picture, DGPs from the illuminance alone. Sources are in glare.json.");
     part.append(table("Daylight glare probability", [{ head: "View" }, { head: "At the eye (Ev), lx" }, { head: "Ev by the picture, lx" }, { head: "Straight from the sun, lx" }, { head: "DGP", words: true }, { head: "DGPs", words: true }],
       judged.map(({ id, glare }) => ({ cells: [id, number(glare.vertical_illuminance_lx, 4), number(glare.vertical_illuminance_of_picture_lx, 4), number(glare.direct_sun_lx, 4), probability_words(glare), simplified_words(glare)] }))));
-    for (const { id, glare } of judged) for (const warning of list(glare.warnings)) part.append(element("p", { class: "note" }, `${id}: ${warning}`));
   }
 
   // Pictures
