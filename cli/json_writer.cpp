@@ -158,6 +158,26 @@ std::vector<std::string> assumptions(const Scene& scene) {
     return list;
 }
 
+/// What pictures in false colour show, and how.
+Json false_colour_json(const FalseColour& shown, std::optional<double> maximum) {
+    Json json{{"quantity", name_of(false_colour_quantities, shown.quantity)},
+              {"unit", shown.quantity == FalseColourQuantity::illuminance       ? "lx"
+                       : shown.quantity == FalseColourQuantity::daylight_factor ? "%"
+                                                                                : "cd/m2"},
+              {"scale", name_of(colour_scale_kinds, shown.scale)}};
+    if (maximum) json["maximum"] = *maximum;
+    json["contours"] = shown.contours;
+    return json;
+}
+
+/// What glare.json says of a view, without the sources.
+Json glare_figures(const GlareJudgement& judgement) {
+    Json figures = Json::parse(glare_json({judgement}))["views"][0];
+    figures.erase("view");
+    figures.erase("sources");
+    return figures;
+}
+
 }  // namespace
 
 std::string summary_json(const Result& result, const std::vector<SensorSetStatistics>& sets,
@@ -175,6 +195,9 @@ std::string summary_json(const Result& result, const std::vector<SensorSetStatis
                             {"png_exposure", name_of(exposure_modes, view.options.exposure.mode)},
                             {"png_tone_mapping", name_of(tone_mappings, view.options.tone_mapping)},
                             {"png_white_point", name_of(white_points, view.options.white_point)}});
+        const FalseColour& false_colour = result.options.picture_files.false_colour;
+        if (false_colour.quantity != FalseColourQuantity::none) pictures.back()["false_colour"] = false_colour_json(false_colour, view.false_colour_maximum);
+        if (view.judgement.glare) pictures.back()["glare"] = glare_figures(view.judgement);
         for (const std::string& file : view.files)
             files.push_back(file);
     }

@@ -104,6 +104,11 @@ const page = (() => {
     const power = 10 ** Math.floor(Math.log10(value));
     return ([1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8].find((digit) => digit * power >= value * (1 - 1e-12)) || 10) * power;
   };
+  /**
+   * Where a scale of ordered values ends, rounded up: their 99th percentile, or five times their median where that is less, as for the
+   * automatic exposure of pictures. Reveals and spots of sun would leave one colour to the rest of the room.
+   */
+  const scale_end = (ordered) => round_up(Math.min(ordered[Math.floor(((ordered.length - 1) * 99) / 100)], 5 * ordered[ordered.length >> 1]) || ordered.at(-1) || 0);
   /** Round values from 0 to `largest`, at most `most` steps. */
   const round_steps = (largest, most) => {
     const power = 10 ** Math.floor(Math.log10(largest / most));
@@ -127,6 +132,6 @@ const page = (() => {
 
   return {
     list, record, finite, bytes_of, number, signed, plain, stepped, metres_text, with_unit, place_text, setting_text, element, svg, main, section, table,
-    details, nothing, viridis, colour_of, round_up, round_steps, show_scale,
+    details, nothing, viridis, colour_of, round_up, scale_end, round_steps, show_scale,
   };
 })();

@@ -111,31 +111,32 @@ Json windows_json(const Result& result) {
     return list;
 }
 
-/// Walls and windows where a grid of sensors cuts them: rings and segments in plan, m.
-Json plan_json(const Result& result, double z_m) {
-    const PlaneFrame plane = plan_frame(z_m);
-    Json rings = Json::array(), windows = Json::array();
-    for (const Ring& ring : indoor_air_at_height(result.scene, z_m)) {
-        Json points = Json::array();
-        for (const PlanePoint& point : ring) {
-            const glm::dvec3 place = plane.to_world(point);
-            points.push_back({place.x, place.y});
-        }
-        rings.push_back(points);
+/// Rings or lines as lists of [x, y], m.
+Json places_json(const std::vector<std::vector<glm::dvec3>>& lines) {
+    Json list = Json::array();
+    for (const std::vector<glm::dvec3>& line : lines) {
+        Json places = Json::array();
+        for (const glm::dvec3& place : line) places.push_back({place.x, place.y});
+        list.push_back(places);
     }
-    for (const Aperture& aperture : result.building.apertures)
-        for (const FacetId part : aperture.facets) {
-            const auto& corners = result.building.facets[index(part)].vertices_m;
-            Json segment = Json::array();
-            for (std::size_t k = 0; k < corners.size(); ++k) {
-                const glm::dvec3 &a = corners[k], &b = corners[(k + 1) % corners.size()];
-                if ((a.z < z_m) == (b.z < z_m)) continue;
-                const glm::dvec3 place = a + (z_m - a.z) / (b.z - a.z) * (b - a);
-                segment.push_back({place.x, place.y});
-            }
-            if (segment.size() == 2) windows.push_back(segment);
-        }
-    return {{"rings", rings}, {"windows", windows}};
+    return list;
+}
+
+/// Walls and windows of the plan of a set: rings; segments where the grid cuts windows, outlines where they are above or below.
+Json plan_json(const Result& result, std::size_t set_number) {
+    const SensorGrid& grid = *result.scene.sensors[set_number].grid;
+    const PlaneFrame plane = plan_frame(grid.z_m);
+    const Region indoor = indoor_air_at_height(result.scene, grid.z_m);
+    std::vector<std::vector<glm::dvec3>> rings, cuts, outlines;
+    for (const Ring& ring : indoor) {
+        std::vector<glm::dvec3>& places = rings.emplace_back();
+        for (const PlanePoint& point : ring) places.push_back(plane.to_world(point));
+    }
+    for (const MapWindow& window : map_windows(result.building, grid.z_m, map_extent(result, set_number, indoor))) {
+        cuts.insert(cuts.end(), window.cuts.begin(), window.cuts.end());
+        outlines.insert(outlines.end(), window.outlines.begin(), window.outlines.end());
+    }
+    return {{"rings", places_json(rings)}, {"windows", places_json(cuts)}, {"windows_above_or_below", places_json(outlines)}};
 }
 
 /// The room of each sensor of a grid; -1 where a sensor is in none.
@@ -160,7 +161,7 @@ Json sets_json(const Result& result) {
         Json entry{{"id", set.id}};
         if (set.grid) {
             entry["grid"] = {{"z_m", set.grid->z_m}, {"spacing_m", set.grid->spacing_m}, {"margin_m", set.grid->margin_m}};
-            entry["plan"] = plan_json(result, set.grid->z_m);
+            entry["plan"] = plan_json(result, s);
             entry["rooms"] = rooms_json(result, s);
         }
         list.push_back(entry);

@@ -46,14 +46,33 @@
   report_surfaces(report);
   report_sensors(report);
 
+  // Glare
+
+  const views = list(summary.views), judged = views.filter(({ glare }) => glare);
+  const simplified_words = (glare) => number(glare.dgps, 2) + (glare.direct_sun_lx > 0 ? " (not valid: sun at the eye)" : glare.dgps_valid ? "" : " (outside its range)");
+  const probability_words = (glare) => `${number(glare.dgp, 2)}, ${glare.dgp_class}${glare.dgp_valid ? "" : " (outside its range)"}`;
+  if (judged.length) {
+    const part = section("glare", "Glare", "At the eyes of fisheye views: DGP from the illuminance of the eye and the sources of glare in its picture, DGPs from the illuminance alone. Sources are in glare.json.");
+    part.append(table("Daylight glare probability", [{ head: "View" }, { head: "At the eye (Ev), lx" }, { head: "Ev by the picture, lx" }, { head: "Straight from the sun, lx" }, { head: "DGP", words: true }, { head: "DGPs", words: true }],
+      judged.map(({ id, glare }) => ({ cells: [id, number(glare.vertical_illuminance_lx, 4), number(glare.vertical_illuminance_of_picture_lx, 4), number(glare.direct_sun_lx, 4), probability_words(glare), simplified_words(glare)] }))));
+  }
+
   // Pictures
 
+  const natural_words = (shown) => (shown.png_tone_mapping && shown.png_tone_mapping !== "linear" ? `natural colours, tone mapping “${shown.png_tone_mapping}”` : finite(shown.png_white_cd_m2) ? `natural colours; ${with_unit(number(shown.png_white_cd_m2), "cd/m²")} is white` : "natural colours");
+  const false_words = ({ quantity, unit, scale, maximum, contours }) => {
+    const words = { luminance: "luminance", illuminance: "illuminance of surfaces", daylight_factor: "daylight factor of surfaces" }[quantity] || in_words(String(quantity)), shown_unit = String(unit).replace("m2", "m²");
+    const end = finite(maximum) ? with_unit(plain(maximum), shown_unit) : "the end of the legend in the picture";
+    const range = scale === "logarithmic" ? `logarithmic scale over three decades up to ${end}` : `linear scale from 0 to ${end}`;
+    return `false colour: ${words}, ${shown_unit}; ${range}${list(contours).length ? `; lines at ${contours.map(plain).join(", ")} ${shown_unit}` : ""}`;
+  };
   if (report.pictures.length) {
     const part = section("pictures", "Pictures"), frame = element("div", { class: "pictures" });
     for (const { view, file, png } of report.pictures) {
-      const shown = record(list(summary.views).find(({ id }) => id === view)), false_colour = file.startsWith("views/false_colour/");
-      const note = false_colour ? "false colour" : shown.png_tone_mapping && shown.png_tone_mapping !== "linear" ? `natural colours, tone mapping “${shown.png_tone_mapping}”` : finite(shown.png_white_cd_m2) ? `natural colours; ${with_unit(number(shown.png_white_cd_m2), "cd/m²")} is white` : "natural colours";
-      frame.append(element("figure", {}, element("figcaption", {}, view, element("span", {}, note)), element("img", { src: "data:image/png;base64," + png, alt: `View “${view}” in ${note}` })));
+      const shown = record(views.find(({ id }) => id === view)), glare = shown.glare;
+      const note = file.startsWith("views/false_colour/") ? false_words(record(shown.false_colour)) : natural_words(shown);
+      frame.append(element("figure", {}, element("figcaption", {}, view, element("span", {}, note)), element("img", { src: "data:image/png;base64," + png, alt: `View “${view}” in ${note}` }),
+        glare && element("p", { class: "glare" }, `At the eye ${with_unit(number(glare.vertical_illuminance_lx, 4), "lx")} (Ev). DGP ${probability_words(glare)}. DGPs ${simplified_words(glare)}.`)));
     }
     part.append(frame);
   }

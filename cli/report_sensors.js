@@ -1,7 +1,7 @@
 "use strict";
 // What a report says of each set of sensors: statistics, origin of the light, plan in false colour with isolines, section.
 const report_sensors = (() => {
-  const { list, record, finite, bytes_of, number, with_unit, place_text, plain, stepped, metres_text, element, svg, section, table, details, nothing, viridis, colour_of, round_up, round_steps, show_scale } = page;
+  const { list, record, finite, bytes_of, number, with_unit, place_text, plain, stepped, metres_text, element, svg, section, table, details, nothing, viridis, colour_of, round_up, scale_end, round_steps, show_scale } = page;
 
   // Longer tables are slow, and nobody reads them here.
   const most_rows = 2500;
@@ -196,9 +196,9 @@ const report_sensors = (() => {
   // Plan
 
   const draw_plan = (part, points, set, north_rad, title) => {
-    const spacing = set.grid.spacing_m, lattices = lattices_of(points, spacing), rings = list(record(set.plan).rings), windows = list(record(set.plan).windows);
+    const spacing = set.grid.spacing_m, lattices = lattices_of(points, spacing), rings = list(record(set.plan).rings), windows = list(record(set.plan).windows), windows_elsewhere = list(record(set.plan).windows_above_or_below);
     const state = { quantity: quantities.find(({ key }) => points.some((point) => finite(point[key]))) || quantities[1], values: true, isolines: true, row: undefined, cursor: -1 };
-    const places = [...rings.flat(), ...points.map((point) => [point.x_m, point.y_m])];
+    const places = [...rings.flat(), ...windows.flat(), ...windows_elsewhere.flat(), ...points.map((point) => [point.x_m, point.y_m])];
     const ends = (axis, sign) => sign * places.reduce((most, place) => Math.max(most, sign * place[axis]), -Infinity);
     const low = [ends(0, -1), ends(1, -1)], high = [ends(0, 1), ends(1, 1)];
     const frame = element("div", { class: "plan-frame", tabindex: "0", role: "application", "aria-label": `Plan of “${title}”: arrow keys read the points` });
@@ -225,7 +225,10 @@ const report_sensors = (() => {
     const along = high[0] - low[0] >= high[1] - low[1] ? "x" : "y", across = along === "x" ? "y" : "x";
     const largest_room = lattices.reduce((a, b) => (b.members.length > a.members.length ? b : a));
     const rows = Array.from({ length: across === "x" ? largest_room.columns : largest_room.rows }, (_, k) => largest_room[across + "0"] + k * spacing);
-    state.row = rows[(rows.length - 1) >> 1];
+    // At first the row with most points, the middlemost of those: in an L-shaped room the middle may lie along a wall.
+    const counts = rows.map((_, k) => (across === "x" ? largest_room.at.map((line) => line[k]) : largest_room.at[k]).filter((point) => finite(point?.total_lx)).length);
+    const longest = most(counts), fullest = rows.filter((_, k) => counts[k] === longest);
+    state.row = fullest[(fullest.length - 1) >> 1];
     const row_choice = element("select", {}, ...rows.map((row) => element("option", { value: row }, `${across} = ${row.toFixed(2)} m`)));
     row_choice.value = state.row;
     row_choice.addEventListener("change", () => {
@@ -242,7 +245,7 @@ const report_sensors = (() => {
     const paint = () => {
       const { key, name, unit, levels = lux_levels } = state.quantity;
       const all = ordered(points.map(value_at));
-      largest = round_up(all[Math.floor(0.95 * (all.length - 1))] || all.at(-1) || 0);
+      largest = scale_end(all);
       const width = Math.max(280, frame.clientWidth || 640), edge = 14, foot = 40;
       const metre = Math.min((width - 2 * edge) / (high[0] - low[0] || 1), 560 / (high[1] - low[1] || 1));
       const inner = [(high[0] - low[0]) * metre, (high[1] - low[1]) * metre], left = (width - inner[0]) / 2;
@@ -279,6 +282,10 @@ const report_sensors = (() => {
       }
       if (outline) drawing.append(svg("path", { class: "wall", d: outline }));
       for (const [[x1, y1], [x2, y2]] of windows) drawing.append(svg("line", { class: "window", x1: x_of(x1), y1: y_of(y1), x2: x_of(x2), y2: y_of(y2) }));
+      for (const places of windows_elsewhere) {
+        const d = `M${places.map(([x, y]) => `${x_of(x).toFixed(1)} ${y_of(y).toFixed(1)}`).join("L")}${places.length > 2 ? "Z" : ""}`;
+        drawing.append(svg("path", { class: "halo", d }), svg("path", { class: "window-elsewhere", d }));
+      }
       if (state.values) {
         const stride = Math.max(1, Math.ceil((unit === "%" ? 32 : 38) / (spacing * metre)));
         for (const lattice of lattices)
@@ -287,7 +294,7 @@ const report_sensors = (() => {
             if (!finite(value_at(point)) || (i - (stride >> 1)) % stride || (j - (stride >> 1)) % stride) continue;
             const [x, y] = [x_of(point.x_m), y_of(point.y_m)];
             if (labels.some((label) => Math.abs(label[0] - x) < 26 && Math.abs(label[1] - y) < 13)) continue;
-            const text = svg("text", { class: "value", x, y: y + 3.5, style: `fill: ${value_at(point) / largest > 0.46 ? "#14181c" : "#fff"}` }, short(value_at(point), unit));
+            const text = svg("text", { class: "value", x, y: y + 3.5, style: `fill: ${value_at(point) / largest > 0.46 ? "#14181c" : "#fff"}; stroke: ${colour_of(viridis, value_at(point) / largest)}` }, short(value_at(point), unit));
             drawing.append(text);
           }
       }
@@ -304,7 +311,7 @@ const report_sensors = (() => {
       const pointed = points[state.cursor];
       if (pointed) drawing.append(svg("circle", { class: "cursor", cx: x_of(pointed.x_m), cy: y_of(pointed.y_m), r: Math.max(5, 0.4 * spacing * metre) }));
       frame.replaceChildren(drawing);
-      caption.replaceChildren(`${name}, ${unit} `, element("span", {}, `z = ${metres_text(set.grid.z_m)} m, points every ${metres_text(spacing)} m; dashed: the section below${windows.length ? "; blue: windows" : ""}`));
+      caption.replaceChildren(`${name}, ${unit} `, element("span", {}, `z = ${metres_text(set.grid.z_m)} m, points every ${metres_text(spacing)} m; orange: the section below${windows.length || windows_elsewhere.length ? "; blue: windows" : ""}${windows_elsewhere.length ? ", dashed where they are above or below this height" : ""}`));
       show_scale(bar, ticks, largest, unit, all.at(-1) > largest);
     };
     const paint_section = () => {

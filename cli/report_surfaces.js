@@ -1,7 +1,7 @@
 "use strict";
 // The 3D view of a report: surfaces in the colours of one component of light, values where they are pointed at.
 const report_surfaces = (() => {
-  const { bytes_of, element, section, nothing, number, with_unit, place_text, plain, viridis, colour_of, round_up, show_scale } = page;
+  const { bytes_of, element, section, nothing, number, with_unit, place_text, plain, viridis, colour_of, scale_end, show_scale } = page;
 
   const components = [["total", "total"], ["sky", "sky (SC)"], ["sun", "sun"], ["erc", "outdoor surfaces (ERC)"], ["irc", "interreflection (IRC)"],
     ["daylight_factor", "daylight factor"]];
@@ -387,8 +387,7 @@ const report_surfaces = (() => {
         caption.textContent = `Colours as in a picture exposed for the room: ${with_unit(number(mesh.white_cd_m2), "cd/m²")} is white; ${is_part ? `light of one kind alone, ${name}` : "all light"}.`;
       } else {
         const patches = mesh.patch_light[state.component].slice(0, mesh.indoor_patches).sort();
-        // As for the automatic exposure of pictures: reveals and spots of sun would leave one colour to the rest of the room.
-        const largest = round_up(Math.min(patches[Math.floor(0.99 * (patches.length - 1))], 5 * patches[patches.length >> 1]) || patches.at(-1) || 0);
+        const largest = scale_end(patches);
         const place_of_value = (value) => (state.scale === "linear" ? value / largest : value > 0 ? 1 + Math.log10(value / largest) / 3 : 0);
         for (let v = 0; v < count; ++v) place.array[2 * v] = (0.5 + 255 * Math.min(1, Math.max(0, place_of_value(chosen[v])))) / 256;
         place.needsUpdate = true;
@@ -427,11 +426,11 @@ const report_surfaces = (() => {
         const corners = outline.map((vertex) => place_of(mesh, vertex)), weights = weights_at(corners, point);
         const here = (name) => outline.reduce((sum, vertex, k) => sum + weights[k] * mesh.light[name][vertex], 0);
         const lx = (value) => with_unit(number(value, 4), "lx");
-        const words = `${lx(here("total"))}: sky ${number(here("sky"))}, sun ${number(here("sun"))}, ground ${number(here("erc_ground"))}, buildings ${number(here("erc_buildings"))}, interreflection ${number(here("irc"))}`
-          + (has_factor ? `; daylight factor ${with_unit(number(here("daylight_factor")), "%")}` : "") + `. Mean of the patch: ${lx(mesh.patch_light.total[patch])}. `;
+        const words_of = (value) => `${lx(value("total"))}: sky ${number(value("sky"))}, sun ${number(value("sun"))}, ground ${number(value("erc_ground"))}, buildings ${number(value("erc_buildings"))}, interreflection ${number(value("irc"))}`
+          + (has_factor ? `; daylight factor ${with_unit(number(value("daylight_factor")), "%")}` : "") + ".";
         const distance = (vertex) => Math.hypot(...minus(place_of(mesh, vertex), point));
         const node = outline.filter((vertex) => vertex < mesh.nodes).sort((a, b) => distance(a) - distance(b))[0];
-        reading.replaceChildren(title, words, node === undefined ? "" : `Nearest node: ${node}, ${lx(mesh.light.total[node])}.`);
+        reading.replaceChildren(title, `${words_of(here)} Mean of the patch: ${lx(mesh.patch_light.total[patch])}. `, node === undefined ? "" : `Nearest node: ${node}, ${words_of((name) => mesh.light[name][node])}`);
         Object.assign(reading.dataset, { patch, node: node ?? "", total: here("total"), place: where.join(" ") });
       }
       render_soon();

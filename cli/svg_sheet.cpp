@@ -29,6 +29,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .value { font-size: 2.1px; text-anchor: middle }
 .value.little { font-size: 1.4px }
 .value.on-dark { fill: #fff }
+.value.ground { stroke-width: 0.6; stroke-linejoin: round }
 .isoline { stroke: #fff; stroke-width: 0.3; fill: none; stroke-linejoin: round }
 .isoline.on-bright { stroke: #222 }
 .middle { text-anchor: middle }
@@ -47,6 +48,7 @@ text { font-family: Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-ser
 .window-gap { stroke: #fff; stroke-width: 1.5 }
 .window { stroke: #0072b2; stroke-width: 0.55; fill: none }
 .window-above { stroke: #0072b2; stroke-width: 0.35; stroke-dasharray: 1.6 0.8; fill: none }
+.window-above-gap { stroke: #fff; stroke-width: 0.7; fill: none }
 .glass { fill: #d9ecf7; stroke: #0072b2; stroke-width: 0.3 }
 .leader { stroke: #5c2a00; stroke-width: 0.15; fill: none }
 .tip { fill: #5c2a00 }
@@ -174,9 +176,9 @@ void SvgSheet::dot(std::string_view css_class, const dvec2& centre_mm, double ra
                          millimetres(centre_mm.x), millimetres(centre_mm.y), millimetres(radius_mm));
 }
 
-void SvgSheet::text(std::string_view css_class, const dvec2& at_mm, std::string_view text) {
-    body_ += fmt::format("<text class=\"{}\" x=\"{}\" y=\"{}\">{}</text>\n", css_class, millimetres(at_mm.x),
-                         millimetres(at_mm.y), xml_text(text));
+void SvgSheet::text(std::string_view css_class, const dvec2& at_mm, std::string_view text, std::string_view extra) {
+    body_ += fmt::format("<text class=\"{}\" x=\"{}\" y=\"{}\"{}{}>{}</text>\n", css_class, millimetres(at_mm.x),
+                         millimetres(at_mm.y), extra.empty() ? "" : " ", extra, xml_text(text));
 }
 
 void SvgSheet::label(std::string_view css_class, const dvec2& at_mm, std::string_view words) {

@@ -63,7 +63,7 @@ public:
     void rectangle(std::string_view css_class, const PaperBox& box, std::string_view extra = {});
     void dot(std::string_view css_class, const glm::dvec2& centre_mm, double radius_mm);
     /// On a baseline; the class says where the point is in the text.
-    void text(std::string_view css_class, const glm::dvec2& at_mm, std::string_view text);
+    void text(std::string_view css_class, const glm::dvec2& at_mm, std::string_view text, std::string_view extra = {});
     /// With a white seam, to be read on any ground.
     void label(std::string_view css_class, const glm::dvec2& at_mm, std::string_view text);
 

@@ -102,7 +102,8 @@ std::vector<double> field_of(const Result& result, const Picture& picture, False
 }
 
 /// The view in false colour with a legend; PNG.
-std::string false_colour_png(const Result& result, const View& view, const Picture& picture, ImageMetadata metadata) {
+/// scale_end: set to where its scale ends.
+std::string false_colour_png(const Result& result, const View& view, const Picture& picture, ImageMetadata metadata, std::optional<double>& scale_end) {
     const FalseColour& wanted = result.options.picture_files.false_colour;
     const std::vector<double> field = field_of(result, picture, wanted.quantity);
     std::optional<double> maximum = wanted.maximum;
@@ -114,6 +115,7 @@ std::string false_colour_png(const Result& result, const View& view, const Pictu
         const double bright = white_luminance_cd_m2(std::move(known), {});
         maximum = round_maximum({&bright, 1});
     }
+    scale_end = maximum;
     const Quantity quantity = quantity_of(wanted.quantity);
     metadata.emplace_back("naturel:unit", quantity.plain_unit);
     return encode_png(draw_false_colour(field, view.width, view.height,
@@ -150,6 +152,7 @@ struct DrawnView {
     Picture picture;
     ScreenPicture screen{};
     GlareJudgement judgement{};
+    std::optional<double> false_colour_maximum{};
 };
 
 /// The files of views, encoded in parallel and written in order.
@@ -162,12 +165,12 @@ void write_files(const Result& result, const std::filesystem::path& folder, std:
     const std::size_t files_of_view = wanted.formats.size() + (false_colour ? 1 : 0);
     std::vector<std::string> bytes(views.size() * files_of_view);
     parallel_for(bytes.size(), 1, [&](std::size_t n) {
-        const DrawnView& drawn = views[n / files_of_view];
+        DrawnView& drawn = views[n / files_of_view];
         const ImageMetadata metadata = image_metadata(result, drawn.view);
         const std::size_t file = n % files_of_view;
         bytes[n] = file < wanted.formats.size()
                        ? encode(wanted.formats[file], result, drawn.view, drawn.picture, drawn.screen, metadata)
-                       : false_colour_png(result, drawn.view, drawn.picture, metadata);
+                       : false_colour_png(result, drawn.view, drawn.picture, metadata, drawn.false_colour_maximum);
     });
     for (std::size_t k = 0; k < views.size(); ++k) {
         std::vector<std::string> files;
@@ -175,7 +178,7 @@ void write_files(const Result& result, const std::filesystem::path& folder, std:
         if (false_colour) files.push_back(fmt::format("views/false_colour/{}.png", views[k].stem));
         for (std::size_t file = 0; file < files.size(); ++file) write_file(folder / files[file], bytes[k * files_of_view + file]);
         written.push_back({views[k].view.id, std::move(files), views[k].screen.white_luminance_cd_m2, views[k].view.picture,
-                           std::move(views[k].judgement)});
+                           std::move(views[k].judgement), views[k].false_colour_maximum});
     }
 }
 

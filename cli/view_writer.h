@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct WrittenView {
     double white_luminance_cd_m2 = 0.0;  ///< shown as white in the PNG
     PictureOptions options{};
     GlareJudgement judgement{};
+    std::optional<double> false_colour_maximum{};  ///< where the scale of the picture in false colour ends
 };
 
 /// Makes the folders that write_views() writes to; nothing where the scene has no views. Throws WriteError.
