@@ -476,7 +476,8 @@ void add_trace(CLI::App& app, RunOptions& options) {
 void add_timing_options(CLI::App& app, TimingOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
     options.run.out = "timing";
     add_run_options(app, options.run, seed, accuracy);
-    app.remove_option(app.get_option("--dry-run"));
+    // A cache would leave the stage that it is about to the warm-up.
+    for (const char* name : {"--dry-run", "--cache", "--cache-limit"}) app.remove_option(app.get_option(name));
     app.add_option("--threads", options.threads, "numbers of threads, parted by commas")
         ->type_name("N,N,...")
         ->delimiter(',')
@@ -705,6 +706,12 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
         std::ranges::reverse(arguments);  // CLI11 takes them from the back
         app.parse(arguments);
         finish(app, accuracy, run, seed);
+    } catch (const CLI::ConversionError& error) {
+        // "Could not convert: --cells = 64.5". What is no number at all the checks refuse before.
+        std::string text = error.what();
+        text.erase(0, std::min(text.find("--"), text.size()));
+        const std::size_t sign = std::min(text.find(" = "), text.size());
+        throw InputError(text.substr(0, sign), fmt::format("{} is no whole number", text.substr(std::min(sign + 3, text.size()))));
     } catch (const CLI::ParseError& error) {
         throw InputError("", error.what());
     }
