@@ -842,7 +842,7 @@ TEST_CASE("form factors that took long are not lost by a kill, and go when the s
     {
         RunningProgram program({"batch", study.study(), "--out", (study / "out").string(), "--threads", "2"});
         const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(120);
-        while (std::chrono::steady_clock::now() < deadline) {
+        while (std::chrono::steady_clock::now() < deadline && !std::filesystem::exists(study / "out/results.csv")) {
             const auto files = files_below(study / "out/form_factors");
             if (std::ranges::any_of(files, [](const auto& file) { return file.first.ends_with(".rows"); })) break;
             std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -338,8 +338,8 @@ TEST_CASE("timing refuses what it cannot time", "[cli][timing]") {
     CHECK(run_naturel(with_room(folder, {"timing", "--repeat", "0"})).exit_code == 2);
     CHECK(run_naturel(with_room(folder, {"timing", "--dry-run"})).exit_code == 2);
     // Every run but the first would read form factors instead of computing them.
-    CHECK(run_naturel(with_room(folder, {"timing", "--cache", (folder / "cache").string()})).exit_code == 2);
-    CHECK(run_naturel(with_room(folder, {"timing", "--cache-limit", "1G"})).exit_code == 2);
+    CHECK(run_naturel(with_room(folder, {"timing", "--cache", (folder / "cache").string(), "--out", (folder / "study").string()})).exit_code == 2);
+    CHECK(run_naturel(with_room(folder, {"timing", "--cache-limit", "1G", "--out", (folder / "study").string()})).exit_code == 2);
     CHECK_FALSE(std::filesystem::exists(folder / "cache"));
     const std::filesystem::path out = folder / "study";
     write(folder / "broken.json", "{\"naturel\": 1}");
