@@ -83,6 +83,10 @@ void WholeFile::close() {
     if (result != 0 && errno != EINTR) fail(target_, errno);
 }
 
+void WholeFile::remove_earlier() const {
+    if (path_ != target_) ::unlink(target_.c_str());
+}
+
 void WholeFile::put_in_place() {
     if (descriptor_ >= 0) close();
     if (path_ == target_) return;

@@ -32,6 +32,9 @@ public:
     /// The file is complete and stays beside its place.
     void close();
 
+    /// What stands in its place goes, unless it is no file.
+    void remove_earlier() const;
+
     /// close(), and rename to the target.
     void put_in_place();
 

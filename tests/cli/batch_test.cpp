@@ -826,7 +826,9 @@ TEST_CASE("jobs with one grid compute form factors once, whatever else differs",
             merge.push_back((folder / out).string());
         }
         merge.insert(merge.end(), {"--out", (folder / "merged").string()});
-        REQUIRE(run_naturel(merge).exit_code == 0);
+        const Outcome merged = run_naturel(merge);
+        INFO(merged.errors);
+        REQUIRE(merged.exit_code == 0);
         CHECK((folder.results("merged") == folder.results("whole")));
         CHECK((files_below(folder / "merged/images") == files_below(folder / "whole/images")));
     }
@@ -837,7 +839,7 @@ TEST_CASE("jobs with one grid compute form factors once, whatever else differs",
 
 TEST_CASE("form factors that took long are not lost by a kill, and go when the study is complete", "[cli][batch][slow]") {
     Json study_json = four_jobs;
-    study_json["options"] = {{"backend", "hemicube"}, {"cells", 1024}, {"grid_spacing", 0.15}};
+    study_json["options"] = {{"backend", "hemicube"}, {"cells", 1024}, {"grid_spacing", 0.3}};
     const StudyFolder study(study_json);
     {
         RunningProgram program({"batch", study.study(), "--out", (study / "out").string(), "--threads", "2"});
