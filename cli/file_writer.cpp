@@ -37,11 +37,28 @@ void flush(const std::filesystem::path& path) {
     if (error == EIO || error == ENOSPC || error == EDQUOT) fail(path, error);
 }
 
+/// Where a chain of symbolic links ends, whether or not there is anything.
+std::filesystem::path target_of_links(std::filesystem::path path) {
+    constexpr int longest_chain = 40;  // Linux gives up there, too: ELOOP
+    std::error_code error;
+    for (int k = 0; k < longest_chain && std::filesystem::is_symlink(path, error); ++k)
+        path = path.parent_path() / std::filesystem::read_symlink(path, error);
+    return path;
+}
+
 }  // namespace
 
-WholeFile::WholeFile(const std::filesystem::path& target)
-    : target_(target), path_(target.string() + name_of_part()) {
-    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+WholeFile::WholeFile(const std::filesystem::path& target) : target_(target_of_links(target)) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(target_, error);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+        path_ = target_;
+        moved_ = true;
+        descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    } else {
+        path_ = target_.string() + name_of_part();
+        descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    }
     if (descriptor_ < 0) fail(target_, errno);
 }
 
@@ -66,14 +83,19 @@ void WholeFile::close() {
     if (result != 0 && errno != EINTR) fail(target_, errno);
 }
 
+void WholeFile::remove_earlier() const {
+    if (path_ != target_) ::unlink(target_.c_str());
+}
+
 void WholeFile::put_in_place() {
     if (descriptor_ >= 0) close();
+    if (path_ == target_) return;
     if (::rename(path_.c_str(), target_.c_str()) != 0) fail(target_, errno);
     moved_ = true;
 }
 
 void WholeFile::put_in_place_for_good() {
-    if (::fsync(descriptor_) != 0) fail(target_, errno);
+    if (path_ != target_ && ::fsync(descriptor_) != 0) fail(target_, errno);
     put_in_place();
     flush(target_.has_parent_path() ? target_.parent_path() : ".");
 }

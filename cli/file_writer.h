@@ -17,7 +17,8 @@ struct WriteError : InputError {
 /// How the names of files end that are still being written. A process that was killed leaves them.
 constexpr std::string_view part_ending = ".part";
 
-/// A file that is written piece by piece beside its place, and vanishes with this object unless put there.
+/// A file that is written piece by piece beside its place, and vanishes with this object unless put there. A link stays, and the file
+/// that it leads to is replaced; what is no file (a pipe, a device) is written to as it is, and has all bytes up to an error.
 /// Everything throws WriteError with path and reason.
 class WholeFile {
 public:
@@ -31,6 +32,9 @@ public:
     /// The file is complete and stays beside its place.
     void close();
 
+    /// What stands in its place goes, unless it is no file.
+    void remove_earlier() const;
+
     /// close(), and rename to the target.
     void put_in_place();
 
@@ -38,7 +42,7 @@ public:
     void put_in_place_for_good();
 
 private:
-    std::filesystem::path target_, path_;
+    std::filesystem::path target_, path_;  ///< equal where there is nothing to be put in place
     int descriptor_ = -1;
     bool moved_ = false;
 };

@@ -57,6 +57,40 @@ double direct_point_seconds(const Scene& scene, std::string_view backend, const 
     return seconds * std::pow(1e-3 / scene.direct.tolerance, 0.1);
 }
 
+/// Code, libraries and what threads take before there is any scene: docs/method.md, "Forecasts".
+constexpr double bytes_of_program = 2.5e7;
+
+/// As many pixels wait for their encoding together, unless one view has more.
+constexpr std::size_t pixels_encoded_together = 4'000'000;
+
+/// Memory and CPU time of pictures.
+struct PictureCost {
+    double bytes = 0.0;  ///< of those that are in memory together, and of the module that writes them
+    double seconds = 0.0, writer_seconds = 0.0;
+};
+
+PictureCost picture_cost(const Scene& scene, std::string_view backend, double point_seconds) {
+    if (scene.views.empty()) return {};
+    // Measured: docs/method.md, "Forecasts".
+    constexpr double writer_bytes = 1.3e8, bytes_per_pixel = 190.0, seconds_per_pixel = 1e-6;
+    constexpr double seconds_per_single_sample = 1e-7;  // of pixels whose samples are looked at one by one
+    const double seconds_per_sample = backend == "embree" ? 3e-8 : 2e-8;
+    PictureCost cost{.bytes = writer_bytes, .writer_seconds = 0.2};
+    double all_pixels = 0.0, largest = 0.0;
+    for (const View& view : scene.views) {
+        const double pixels = static_cast<double>(view.width) * static_cast<double>(view.height);
+        const double samples = static_cast<double>(view.samples) * static_cast<double>(view.samples);
+        const bool one_by_one = (view.kind != ViewKind::perspective && view.kind != ViewKind::parallel) || !view.cut_planes.empty();
+        double of_pixel = seconds_per_pixel + samples * (seconds_per_sample + (one_by_one ? seconds_per_single_sample : 0.0));
+        if (view.quality == PictureQuality::gather) of_pixel += point_seconds;
+        cost.seconds += pixels * of_pixel;
+        all_pixels += pixels;
+        largest = std::max(largest, pixels);
+    }
+    cost.bytes += bytes_per_pixel * std::min(all_pixels, std::max(largest, static_cast<double>(pixels_encoded_together)));
+    return cost;
+}
+
 }  // namespace
 
 std::string in_millions(double number) {
@@ -77,14 +111,21 @@ std::string in_time(double seconds) {
     return seconds < 6000.0 ? fmt::format("{:.0f} min", seconds / 60.0) : fmt::format("{:.1f} h", seconds / 3600.0);
 }
 
+std::string counted(std::size_t number, std::string_view noun) {
+    return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
+}
+
 double Forecast::peak_bytes() const {
-    return light_bytes + std::max(form_factor_bytes, std::max(table_bytes, picture_bytes));
+    // Memory of form factors that is free again lies in pieces that pictures do not always fit into. Measured, they take it up to the
+    // last byte as well as not at all, and fill less than half of the forecast.
+    const double left_bytes = picture_bytes > 0.0 ? 0.5 * form_factor_bytes : 0.0;
+    return process_bytes + light_bytes + std::max({form_factor_bytes, table_bytes, left_bytes + picture_bytes});
 }
 
 Forecast forecast(const Scene& scene, const Building& building, const PatchGrid& grid, std::size_t sensors,
                   std::string_view backend, const BackendOptions& asked, IndirectMethod node_indirect) {
     const BackendOptions options = settled(asked, grid);
-    Forecast f{.rows = grid.gather_patch_count};
+    Forecast f{.rows = grid.gather_patch_count, .process_bytes = bytes_of_program};
     const bool pairwise = backend == "embree" && options.embree.form_factors == FormFactorMethod::pairwise;
     const SamplesPerRow samples = samples_per_row(backend, options, building.facets.size(), f.rows);
     f.longest_row = pairwise ? f.rows
@@ -107,9 +148,12 @@ Forecast forecast(const Scene& scene, const Building& building, const PatchGrid&
                     count(grid.patches.size()) * (sizeof(Patch) + 8.0 * sizeof(LightBySource) + 480.0);
     // A row of a CSV file is about 300 bytes, and a file is written from memory.
     f.table_bytes = 300.0 * count(std::max({grid.nodes.size(), grid.patches.size(), sensors}));
-    for (const View& view : scene.views)
-        f.picture_bytes = std::max(f.picture_bytes, 4.0 * sizeof(Band3) * static_cast<double>(view.width) *
-                                                        static_cast<double>(view.height));
+    f.kept_row_bytes = (sizeof(std::uint32_t) + sizeof(double)) * count(f.rows) * static_cast<double>(f.longest_row);
+    const double point_seconds = direct_point_seconds(scene, backend, options, building.facets.size()) + samples.seconds * samples.point;
+    const PictureCost pictures = picture_cost(scene, backend, point_seconds);
+    f.picture_bytes = pictures.bytes;
+    f.picture_seconds = pictures.seconds;
+    f.picture_writer_seconds = pictures.writer_seconds;
     return f;
 }
 
@@ -120,7 +164,8 @@ std::vector<StageWork> stage_work(const Result& result) {
     const std::size_t rows = result.grid.gather_patch_count;
     const SamplesPerRow samples = samples_per_row(backend, options, result.building.facets.size(), rows);
     const auto times = [&](double per_row, auto count) { return per_row * static_cast<double>(count); };
-    std::vector<StageWork> work{{"form factors", times(samples.patch, rows), samples.unit}};
+    std::vector<StageWork> work;
+    if (!came_from_cache(result.visibility)) work.push_back({"form factors", times(samples.patch, rows), samples.unit});
     if (result.options.daylight.node_indirect == IndirectMethod::gather)
         work.push_back({"nodes", times(samples.point, result.grid.nodes.size()), samples.unit});
     if (result.options.daylight.sensor_indirect == IndirectMethod::gather)
@@ -174,8 +219,9 @@ std::string dry_run_account(const RunOptions& options, const Scene& scene, const
         in_millions(samples.point * gathered), grid.nodes.size() + sensors.size(),
         options.error_estimate ? "; about a quarter more for the error estimate" : "");
     text += fmt::format(
-        "  time {}about {} of one core (form factors {}, interreflected light at points {}, direct light {}; zones and grid apart)\n",
-        at_most(visibility.name(), options.backends), in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds), in_time(f.direct_seconds));
+        "  time {}about {} of one core (form factors {}, interreflected light at points {}, direct light {}, pictures {}; zones and grid apart)\n",
+        at_most(visibility.name(), options.backends), in_time(f.seconds()), in_time(f.form_factor_seconds), in_time(f.gather_seconds),
+        in_time(f.direct_seconds), in_time(f.picture_seconds + f.picture_writer_seconds));
     return text;
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -20,8 +22,11 @@ constexpr std::string_view entry_magic = "NATURFF1";
 constexpr std::string_view ending = ".rows";
 constexpr std::size_t entry_checksum_bytes = 64;
 
-void note(const std::string& text) {
-    std::fputs(("naturel: cache: " + text + "\n").c_str(), stderr);
+void note(const FormFactorCache& cache, const std::string& text) {
+    if (cache.tell)
+        cache.tell("cache: " + text);
+    else
+        std::fputs(("naturel: cache: " + text + "\n").c_str(), stderr);
 }
 
 /// Numbers of entries, then arrays one after the other, then the SHA-256 of all that.
@@ -61,7 +66,7 @@ std::optional<FormFactorRows> rows_of_bytes(std::string_view bytes, std::size_t 
 }
 
 /// Nothing where there is no file, or a damaged one.
-std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, std::size_t count) {
+std::optional<FormFactorRows> rows_of_file(const FormFactorCache& cache, const std::filesystem::path& file, std::size_t count) {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) return {};
     try {
@@ -69,12 +74,12 @@ std::optional<FormFactorRows> rows_of_file(const std::filesystem::path& file, st
             std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
             return rows;
         }
-        note(fmt::format("{} is damaged: its form factors are computed again", file.string()));
+        note(cache, fmt::format("{} is damaged: its form factors are computed again", file.string()));
     } catch (const std::bad_alloc&) {
-        note(fmt::format("{} does not fit into memory beside the rest: its form factors are computed again", file.string()));
+        note(cache, fmt::format("{} does not fit into memory beside the rest: its form factors are computed again", file.string()));
     } catch (const InputError& unreadable) {
         // Another process may just have removed it, to make room.
-        if (std::filesystem::exists(file, error)) note(unreadable.what());
+        if (std::filesystem::exists(file, error)) note(cache, unreadable.what());
     }
     return {};
 }
@@ -109,8 +114,9 @@ void keep_below(const std::filesystem::path& folder, double limit_bytes, const s
 
 class CachedVisibility final : public Visibility {
 public:
-    CachedVisibility(std::unique_ptr<Visibility> seen, const Building& building, const PatchGrid& grid, const FormFactorCache& cache)
-        : seen_(std::move(seen)), building_(building), grid_(grid), cache_(cache) {}
+    CachedVisibility(std::unique_ptr<Visibility> seen, const Building& building, const PatchGrid& grid, const FormFactorCache& cache,
+                     FormFactorMemory* memory)
+        : seen_(std::move(seen)), building_(building), grid_(grid), cache_(cache), memory_(memory) {}
 
     std::string_view name() const noexcept override { return seen_->name(); }
     std::vector<std::pair<std::string, std::string>> settings() const override { return seen_->settings(); }
@@ -127,31 +133,49 @@ public:
     }
 
     FormFactorRows form_factor_rows(std::size_t count, bool with_errors, Progress& progress) const override {
-        const std::filesystem::path file =
-            cache_.folder / (form_factor_key(building_, grid_, *seen_, count, with_errors) + std::string(ending));
-        if (auto rows = rows_of_file(file, count)) return std::move(*rows);
-        FormFactorRows rows = seen_->form_factor_rows(count, with_errors, progress);
-        keep(file, rows);
-        return rows;
+        const std::string key = form_factor_key(building_, grid_, *seen_, count, with_errors);
+        const std::filesystem::path file = cache_.folder / (key + std::string(ending));
+        std::optional<FormFactorRows> rows;
+        if (memory_ != nullptr) rows = memory_->find(key);
+        if (rows) {
+            found_ = true;
+            return std::move(*rows);
+        }
+        if (!cache_.folder.empty()) rows = rows_of_file(cache_, file, count);
+        if (rows) {
+            found_ = true;
+        } else {
+            const auto start = std::chrono::steady_clock::now();
+            rows = seen_->form_factor_rows(count, with_errors, progress);
+            const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+            if (!cache_.folder.empty() && taken.count() >= cache_.least_seconds) keep(file, *rows);
+        }
+        if (memory_ != nullptr) memory_->keep(key, *rows);
+        return std::move(*rows);
     }
+
+    bool came_from_cache() const { return found_; }
 
 private:
     void keep(const std::filesystem::path& file, const FormFactorRows& rows) const {
         try {
             const std::string bytes = bytes_of_rows(rows);
             if (static_cast<double>(bytes.size()) > cache_.limit_bytes) {
-                note(fmt::format("form factors of {:.1f} MB are more than the limit lets in", static_cast<double>(bytes.size()) / 1e6));
+                note(cache_, fmt::format("form factors of {:.1f} MB are more than the limit lets in", static_cast<double>(bytes.size()) / 1e6));
                 return;
             }
-            std::filesystem::create_directories(cache_.folder);
+            std::error_code error;
+            std::filesystem::create_directories(cache_.folder, error);
+            if (error) {
+                note(cache_, fmt::format("the folder {} cannot be made: {}; form factors are not kept", cache_.folder.string(), error.message()));
+                return;
+            }
             write_file(file, bytes);
             keep_below(cache_.folder, cache_.limit_bytes, file);
         } catch (const std::bad_alloc&) {
-            note("there is no memory for a copy of the form factors; they are not kept");
+            note(cache_, "there is no memory for a copy of the form factors; they are not kept");
         } catch (const InputError& error) {
-            note(error.what());
-        } catch (const std::filesystem::filesystem_error& error) {
-            note(error.what());
+            note(cache_, fmt::format("{}; form factors are not kept", error.what()));
         }
     }
 
@@ -159,9 +183,30 @@ private:
     const Building& building_;
     const PatchGrid& grid_;
     FormFactorCache cache_;
+    FormFactorMemory* memory_;
+    mutable std::atomic<bool> found_ = false;
 };
 
 }  // namespace
+
+std::optional<FormFactorRows> FormFactorMemory::find(const std::string& key) {
+    if (key != key_) return {};
+    if (more_) return rows_;
+    key_.clear();
+    return std::move(rows_);
+}
+
+void FormFactorMemory::keep(const std::string& key, const FormFactorRows& rows) {
+    key_.clear();
+    rows_ = {};
+    if (!more_) return;
+    try {
+        rows_ = rows;
+        key_ = key;
+    } catch (const std::bad_alloc&) {
+        rows_ = {};  // then they are computed again
+    }
+}
 
 std::string form_factor_key(const Building& building, const PatchGrid& grid, const Visibility& visibility, std::size_t rows, bool with_errors) {
     Fingerprint print;
@@ -183,9 +228,14 @@ std::string form_factor_key(const Building& building, const PatchGrid& grid, con
 }
 
 std::unique_ptr<Visibility> with_cache(std::unique_ptr<Visibility> visibility, const Building& building, const PatchGrid& grid,
-                                       const FormFactorCache& cache) {
-    if (cache.folder.empty()) return visibility;
-    return std::make_unique<CachedVisibility>(std::move(visibility), building, grid, cache);
+                                       const FormFactorCache& cache, FormFactorMemory* memory) {
+    if (cache.folder.empty() && memory == nullptr) return visibility;
+    return std::make_unique<CachedVisibility>(std::move(visibility), building, grid, cache, memory);
+}
+
+bool came_from_cache(const Visibility& visibility) {
+    const auto* cached = dynamic_cast<const CachedVisibility*>(&visibility);
+    return cached != nullptr && cached->came_from_cache();
 }
 
 }  // namespace naturel

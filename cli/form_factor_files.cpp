@@ -205,8 +205,7 @@ std::vector<std::filesystem::path> write_form_factor_files(const std::filesystem
     for (const auto& whole : files)
         whole->close();
     // The named file goes first and comes last: where it is, it belongs to those beside it.
-    std::error_code absent;
-    if (files.size() > 1) std::filesystem::remove(file, absent);
+    if (files.size() > 1) files.back()->remove_earlier();
     for (const auto& whole : files)
         whole->put_in_place();
     return names;

@@ -8,23 +8,29 @@
 
 namespace naturel {
 
-ExitCode guarded(const std::function<ExitCode()>& action) {
+ExitCode guarded(const std::function<ExitCode()>& action, const std::function<void(const std::string&)>& tell) {
+    const auto say = [&](const std::string& text) {
+        if (tell)
+            tell(text);
+        else
+            std::fprintf(stderr, "naturel: %s\n", text.c_str());
+    };
     try {
         const ExitCode code = action();
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw InputError("standard output", "cannot be written (disk full?)");
         return code;
     } catch (const InputError& error) {
-        std::fprintf(stderr, "naturel: %s\n", error.what());
+        say(error.what());
         return ExitCode::bad_input;
     } catch (const Interrupted&) {
-        std::fputs("naturel: interrupted\n", stderr);
+        say("interrupted");
         return ExitCode::interrupted;
     } catch (const std::bad_alloc&) {
-        std::fputs("naturel: out of memory (a coarser grid, smaller pictures or fewer threads need less)\n", stderr);
+        say("out of memory (a coarser grid, smaller pictures or fewer threads need less)");
         return ExitCode::internal_fault;
     } catch (const std::exception& error) {
-        std::fprintf(stderr, "naturel: internal fault: %s\n", error.what());
+        say(std::string("internal fault: ") + error.what());
         return ExitCode::internal_fault;
     }
 }

@@ -18,21 +18,21 @@ PreparedScene prepare_without_sun(const JobInput& input, const Progress& progres
 }
 
 std::unique_ptr<Visibility> make_visibility(const RunOptions& options, const PreparedScene& prepared, std::size_t sensors,
-                                            const FormFactorCache& cache, Progress& progress) {
+                                            const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress) {
     const Backend backend = backends_named(options.backend).front();
     std::unique_ptr<Visibility> visibility = backend.make(prepared.building, prepared.grid, options.backends);
     refuse_what_memory_cannot_hold(forecast(prepared.scene, prepared.building, prepared.grid, sensors, backend.name, options.backends,
                                             options.daylight.node_indirect),
                                    *visibility, prepared.grid, progress);
-    return with_cache(std::move(visibility), prepared.building, prepared.grid, cache);
+    return with_cache(std::move(visibility), prepared.building, prepared.grid, cache, &memory);
 }
 
 }  // namespace
 
-JobGroup::JobGroup(const JobInput& any, const FormFactorCache& cache, Progress& progress)
+JobGroup::JobGroup(const JobInput& any, const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress)
     : options_(*any.options), prepared_(prepare_without_sun(any, progress)),
       sensors_(place_sensors(prepared_.scene, prepared_.building)),
-      visibility_(make_visibility(options_, prepared_, sensors_.size(), cache, progress)),
+      visibility_(make_visibility(options_, prepared_, sensors_.size(), cache, memory, progress)),
       form_factors_(compute_form_factors(*visibility_, prepared_.grid, options_.daylight.form_factors, progress)) {
     // The article's rules choose other elements of apertures for every sky: there is nothing to work out once.
     if (prepared_.scene.direct.method == DirectMethod::adaptive)
@@ -76,11 +76,11 @@ std::vector<std::string> JobGroup::records_of(const std::vector<PendingJob>& job
 }
 
 std::vector<std::string> records_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, const std::string& group_key,
-                                               const FormFactorCache& cache, Progress& progress) {
+                                               const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress) {
     const RunOptions& options = *job.input.options;
     const PreparedScene prepared = prepare_scene(job.input.scene, options.quality, progress);
     std::vector<Sensor> sensors = place_sensors(prepared.scene, prepared.building);
-    const std::unique_ptr<Visibility> visibility = make_visibility(options, prepared, sensors.size(), cache, progress);
+    const std::unique_ptr<Visibility> visibility = make_visibility(options, prepared, sensors.size(), cache, memory, progress);
     const DaylightSolution solution = compute_daylight(prepared.scene, prepared.building, prepared.grid, *visibility, options.daylight,
                                                        std::move(sensors), progress);
     const Primaries primaries(prepared.scene.primaries);
@@ -99,25 +99,27 @@ std::vector<std::string> records_with_pictures(const PendingJob& job, const std:
 GroupForecast forecast_group(const JobInput& any, std::size_t jobs, std::size_t sets, bool pictures, const Progress& progress) {
     JobInput plain = any;
     plain.scene.grid.zones = false;  // they take time and change little
+    if (!pictures) plain.scene.views.clear();
     const PreparedScene prepared = prepare_without_sun(plain, progress);
     const std::size_t sensors = place_sensors(prepared.scene, prepared.building).size();
     const Forecast f = forecast(prepared.scene, prepared.building, prepared.grid, sensors, any.options->backend,
                                 any.options->backends, any.options->daylight.node_indirect);
-    GroupForecast group{.patches = prepared.grid.gather_patch_count, .sensors = sensors, .bytes = f.peak_bytes()};
+    GroupForecast group{.patches = prepared.grid.gather_patch_count, .sensors = sensors, .bytes = f.peak_bytes(),
+                        .kept_bytes = f.kept_row_bytes, .form_factor_seconds = f.form_factor_seconds};
     if (pictures) {
-        group.job_seconds = f.seconds();
+        group.job_seconds = f.gather_seconds + f.direct_seconds + f.picture_seconds;
+        group.process_seconds = f.picture_writer_seconds;
         return group;
     }
     // Measured: docs/batch.md.
     group.job_seconds = 4e-6 * static_cast<double>(group.patches);
     if (prepared.scene.direct.method == DirectMethod::article) {
-        group.first_seconds = f.form_factor_seconds;
         group.job_seconds += f.direct_seconds + f.gather_seconds + 2.5e-8 * f.usual_entries;
         return group;
     }
     const SkySeriesCost series = sky_series_cost(prepared.scene, prepared.grid, sensors, sets, jobs / std::max<std::size_t>(sets, 1), f.usual_entries);
     group.bytes += series.bytes;
-    group.first_seconds = f.form_factor_seconds + f.gather_seconds;
+    group.first_seconds = f.gather_seconds;
     group.set_seconds = series.set_seconds;
     group.job_seconds += series.variant_seconds;
     return group;

@@ -22,7 +22,7 @@ struct PendingJob {
 class JobGroup {
 public:
     /// any: one of the jobs. Throws InputError and Interrupted.
-    JobGroup(const JobInput& any, const FormFactorCache& cache, Progress& progress);
+    JobGroup(const JobInput& any, const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress);
 
     const Scene& scene() const { return prepared_.scene; }
     const std::vector<Sensor>& sensors() const { return sensors_; }
@@ -45,13 +45,16 @@ private:
 /// The records of a job that keeps pictures: computed as `naturel run` would, with a grid cut along its own sunspots. The views are
 /// written below `pictures`. group_key: of the sensors, whose record comes first; empty where they are not kept.
 std::vector<std::string> records_with_pictures(const PendingJob& job, const std::filesystem::path& pictures, const std::string& group_key,
-                                               const FormFactorCache& cache, Progress& progress);
+                                               const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress);
 
 /// What a group will take.
 struct GroupForecast {
     std::size_t patches = 0, sensors = 0;
     double bytes = 0.0;
-    double first_seconds = 0.0;  ///< CPU time before there is any job
+    double kept_bytes = 0.0;     ///< of form factors that wait for another group
+    double process_seconds = 0.0;      ///< CPU time, once for all groups
+    double form_factor_seconds = 0.0;  ///< other groups may share them
+    double first_seconds = 0.0;  ///< more of it before there is any job
     double set_seconds = 0.0;    ///< before the first job of each set of reflectances, glazings and divisions of the sky
     double job_seconds = 0.0;    ///< of each job
 };

@@ -94,8 +94,8 @@ std::optional<std::string> keep_job_list(const std::filesystem::path& folder, co
         for (const ListedJob& job : list.jobs) keys.insert(job.key);
         const auto foreign = std::ranges::find_if(before.jobs, [&](const ListedJob& job) { return job.group != 0 && !keys.contains(job.key); });
         if (foreign != before.jobs.end())
-            throw InputError(file.string(), fmt::format("belongs to another study: its job {}, {:.200}, is none of this one, or its scene or options "
-                                                        "have changed (a study may get more jobs, not other ones: {})",
+            throw InputError(file.string(), fmt::format("belongs to another study: its job {}, {:.200}, is none of this one, or its scene, its options or "
+                                                        "\"keep\" have changed (a study may get more jobs, not other ones: {})",
                                                         foreign - before.jobs.begin() + 1, foreign->parameters.dump(), remedy));
     }
     write_file_for_good(file, text);
@@ -113,7 +113,7 @@ void FinishedJobs::add(const std::filesystem::path& folder) {
     for (const std::filesystem::path& file : files) {
         const RecordScan scan = scan_records(file);
         if (scan.damaged_bytes > 0)
-            damages_.push_back(fmt::format("{}: {} damaged bytes between records are skipped; their jobs are computed again", file.string(),
+            damages_.push_back(fmt::format("{}: {} damaged bytes between records are skipped, and the jobs they were of are missing", file.string(),
                                            scan.damaged_bytes));
         for (const auto& [place, line] : scan.records) {
             const Json json = Json::parse(line);

@@ -5,13 +5,24 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "cli/file_writer.h"
 #include "cli/forecast.h"
+#include "cli/json_text.h"
 
 namespace naturel {
 
+void tell(ProgressForm form, Remark remark, const std::string& text) {
+    const char* const words[] = {"note", "warning", "error"};
+    const char* const beginnings[] = {"", "warning: ", "naturel: "};
+    const auto kind = static_cast<std::size_t>(remark);
+    nlohmann::ordered_json json;
+    json[words[kind]] = text;
+    print_at_once(stderr, (form == ProgressForm::json ? json_line(json) : beginnings[kind] + text) + '\n');
+}
+
 std::string JobProgress::account() const {
     const std::size_t over = done_ + failed_;
-    std::string text = fmt::format("{} of {} jobs", over, jobs_);
+    std::string text = fmt::format("{} of {}", over, counted(jobs_, "job"));
     if (over > 0) {
         const double rate = static_cast<double>(over) / seconds();
         text += fmt::format(", {:.3g} a second, {} left", rate, in_time(static_cast<double>(jobs_ - over) / rate));

@@ -10,6 +10,11 @@ namespace naturel {
 
 enum class ProgressForm { none, text, json };
 
+/// What the program says beside progress, on stderr.
+enum class Remark { note, warning, error };
+/// A line of text, or an object {"warning": "..."} where progress is told in objects.
+void tell(ProgressForm form, Remark remark, const std::string& text);
+
 /// Shows how far the jobs of a study are, and what goes on within one.
 class JobProgress final : public Progress {
 public:
@@ -25,8 +30,10 @@ public:
 
     /// Further jobs are over.
     void add(std::size_t done, std::size_t failed);
-    /// All are: says so once more.
-    void finish() { write(); }
+    /// All are: says so once more, where there were any.
+    void finish() {
+        if (jobs_ > 0 || form_ == ProgressForm::json) write();
+    }
 
     std::size_t done() const { return done_; }
     std::size_t failed() const { return failed_; }

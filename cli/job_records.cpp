@@ -7,9 +7,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <system_error>
+#include <thread>
 
 #include "cli/file_writer.h"
 #include "cli/little_endian.h"
@@ -161,14 +163,21 @@ void RecordFile::append(std::string_view records) {
     end_ = at;
 }
 
-FolderLock::FolderLock(const std::filesystem::path& folder) {
+FolderLock::FolderLock(const std::filesystem::path& folder, const Progress& progress, const std::function<void(const std::string&)>& tell) {
     const std::filesystem::path file = folder / "lock";
     descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    int result = descriptor_ < 0 ? -1 : 0;
-    while (result == 0 && (result = ::flock(descriptor_, LOCK_EX)) != 0 && errno == EINTR) result = 0;
-    if (result != 0) {
+    if (descriptor_ < 0) throw InputError(file.string(), fmt::format("cannot be locked: {}", words_of(errno)));
+    // Asking again and again, as a signal just before a call that waits would be waited for, too.
+    for (int asked = 0; ::flock(descriptor_, LOCK_EX | LOCK_NB) != 0; ++asked) {
         const int error = errno;
-        if (descriptor_ >= 0) ::close(descriptor_);
+        if (error == EINTR) continue;
+        if (error == EWOULDBLOCK && !progress.interrupted()) {
+            if (asked == 20) tell(fmt::format("waiting for another naturel that writes lists or results in {}", folder.string()));
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+            continue;
+        }
+        ::close(descriptor_);
+        if (error == EWOULDBLOCK) throw Interrupted();
         throw InputError(file.string(), fmt::format("cannot be locked: {}", words_of(error)));
     }
     // No files of anybody else: the folder may be one of downloads.

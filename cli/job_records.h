@@ -1,11 +1,14 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "core/progress.h"
 
 namespace naturel {
 
@@ -72,7 +75,8 @@ private:
 /// killed processes left of such files is removed first.
 class FolderLock {
 public:
-    explicit FolderLock(const std::filesystem::path& folder);
+    /// tell: takes a word on what it waits for. Throws Interrupted where the user does not want to wait, and InputError.
+    FolderLock(const std::filesystem::path& folder, const Progress& progress, const std::function<void(const std::string&)>& tell);
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;
     ~FolderLock();

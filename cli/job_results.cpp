@@ -10,6 +10,7 @@
 
 #include "cli/csv_table.h"
 #include "cli/file_writer.h"
+#include "cli/forecast.h"
 #include "cli/job_figures.h"
 #include "cli/json_text.h"
 #include "cli/little_endian.h"
@@ -66,7 +67,7 @@ void add_parameter(CsvTable& table, const Json& value) {
 
 /// A row of the table of results.
 struct Row {
-    std::size_t row_of_group = 0;  ///< from 0
+    std::optional<std::size_t> row_of_group;  ///< from 0; none of an invalid scene, which has no group
     std::string status, error;
     Figures figures;
 };
@@ -80,7 +81,12 @@ std::string results_csv(const JobList& list, const std::vector<Row>& rows, const
     CsvTable table(header + ",error");
     for (std::size_t k = 0; k < rows.size(); ++k) {
         table.cell(k + 1).cell(list.jobs[k].group).cell(std::string_view(short_key(list.jobs[k].key)));
-        if (list.sensors) table.cell(rows[k].row_of_group);
+        if (list.sensors) {
+            if (rows[k].row_of_group)
+                table.cell(*rows[k].row_of_group);
+            else
+                table.cell(std::string_view());
+        }
         for (const auto& [name, value] : list.jobs[k].parameters.items()) add_parameter(table, value);
         table.cell(std::string_view(rows[k].status));
         for (std::size_t c = 0; c < columns.names().size(); ++c)
@@ -131,6 +137,14 @@ JobCounts count_jobs(const JobList& list, const FinishedJobs& finished) {
     return counts;
 }
 
+std::string account_of(const JobList& list, const JobCounts& counts) {
+    return fmt::format("study \"{}\": {} done, {} failed, {} missing", list.study, counted(counts.done, "job"), counts.failed, counts.missing);
+}
+
+std::string account_of_convergence(const JobCounts& counts) {
+    return counts.not_converged > 0 ? fmt::format("  {} did NOT converge\n", counted(counts.not_converged, "job")) : std::string();
+}
+
 JobCounts write_results(const std::filesystem::path& folder, const JobList& list, const FinishedJobs& finished) {
     JobCounts counts = count_jobs(list, finished);
     std::vector<Row> rows;
@@ -139,7 +153,7 @@ JobCounts write_results(const std::filesystem::path& folder, const JobList& list
     WholeFile lines(folder / "results.jsonl");
     for (const ListedJob& job : list.jobs) {
         std::vector<const ListedJob*>& group = groups[job.group];
-        Row row{group.size(), "missing", {}, {}};
+        Row row{job.group > 0 ? std::optional(group.size()) : std::nullopt, "missing", {}, {}};
         group.push_back(&job);
         Json line{{"job", rows.size() + 1}, {"key", job.key}, {"group", job.group}, {"parameters", job.parameters}, {"status", row.status}};
         if (const RecordPlace* place = finished.find(job.key)) {

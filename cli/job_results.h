@@ -15,7 +15,12 @@ struct JobCounts {
 /// job of the list whatever became of it. The same records give the same bytes. Throws InputError.
 JobCounts write_results(const std::filesystem::path& folder, const JobList& list, const FinishedJobs& finished);
 
-/// The same count without writing.
+/// The same count without writing, and without those that did not converge.
 JobCounts count_jobs(const JobList& list, const FinishedJobs& finished);
+
+/// 'study "year": 3 jobs done, 0 failed, 1 missing'
+std::string account_of(const JobList& list, const JobCounts& counts);
+/// A line on jobs that did not converge, where there are any.
+std::string account_of_convergence(const JobCounts& counts);
 
 }  // namespace naturel

@@ -15,7 +15,7 @@ std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<
         if (keys.insert(jobs.jobs[number].key).second) row.push_back(number);
     std::ranges::stable_sort(row, {}, [&](std::size_t number) {
         const StudyJob& job = jobs.jobs[number];
-        return std::tuple(!job.invalid.empty(), job.group, job.set);
+        return std::tuple(!job.invalid.empty(), job.row_set, job.group, job.set);
     });
     // In whole microseconds: every machine must come to the same cuts. The sum over a study stays below 2^64.
     const auto in_microseconds = [](double seconds) { return static_cast<std::uint64_t>(std::min(1e6 * seconds, 1e12)) + 1; };
@@ -28,6 +28,7 @@ std::vector<std::size_t> jobs_of_shard(const StudyJobs& jobs, const std::vector<
         if (!job.invalid.empty()) continue;
         const GroupCost& cost = costs[job.group];
         sum += in_microseconds(cost.job_seconds);
+        if (before == nullptr || before->row_set != job.row_set) sum += in_microseconds(cost.form_factor_seconds);
         if (before == nullptr || before->group != job.group) sum += in_microseconds(cost.first_seconds);
         if (before == nullptr || before->set != job.set) sum += in_microseconds(cost.set_seconds);
     }

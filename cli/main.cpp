@@ -95,7 +95,7 @@ ExitCode execute(const BatchOptions& options) {
 }
 
 ExitCode execute(const MergeOptions& options) {
-    return merge(options);
+    return merge(options, TerminalProgress(false, stop_requested));
 }
 
 ExitCode execute(ExitCode nothing_left_to_do) {

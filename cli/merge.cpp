@@ -7,6 +7,7 @@
 
 #include "cli/file_reader.h"
 #include "cli/file_writer.h"
+#include "cli/job_progress.h"
 #include "cli/job_results.h"
 #include "core/errors.h"
 
@@ -52,7 +53,7 @@ void copy_images(const std::filesystem::path& from, const std::filesystem::path&
 
 }  // namespace
 
-ExitCode merge(const MergeOptions& options) {
+ExitCode merge(const MergeOptions& options, const Progress& progress) {
     const JobList list = read_job_list(options.folders.front());
     const std::string text = job_list_text(list);
     for (const std::filesystem::path& folder : options.folders)
@@ -64,23 +65,23 @@ ExitCode merge(const MergeOptions& options) {
         make_writable_folder(out);
         make_writable_folder(records_folder(out));
     }
-    const FolderLock lock(out);
+    const auto warn = [](const std::string& words) { tell(ProgressForm::text, Remark::warning, words); };
+    const FolderLock lock(out, progress, [](const std::string& words) { tell(ProgressForm::text, Remark::note, words); });
     if (!options.out.empty()) {
-        if (const auto warning = keep_job_list(out, list)) std::fputs(("warning: " + *warning + "\n").c_str(), stderr);
+        if (const auto warning = keep_job_list(out, list)) warn(*warning);
         FinishedJobs parts(out);  // of an earlier merge
         for (const std::filesystem::path& folder : options.folders) parts.add(folder);
-        for (const std::string& damage : parts.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
+        if (count_jobs(list, parts).missing > 0)
+            for (const std::string& damage : parts.damages()) warn(damage);
         // Records say that pictures are there: they come last.
         for (const std::filesystem::path& folder : options.folders) copy_images(folder, out);
         write_file_for_good(records_folder(out) / "merged.records", all_records(list, parts));
     }
     const FinishedJobs finished(out);
-    if (options.out.empty())
-        for (const std::string& damage : finished.damages()) std::fputs(("warning: " + damage + "\n").c_str(), stderr);
     const JobCounts counts = write_results(out, list, finished);
-    const std::string account = fmt::format("study \"{}\": {} jobs done, {} failed, {} missing; written to {}\n", list.study, counts.done,
-                                            counts.failed, counts.missing, (out / "results.csv").string());
-    std::fputs(account.c_str(), stdout);
+    if (options.out.empty() && counts.missing > 0)
+        for (const std::string& damage : finished.damages()) warn(damage);
+    print_at_once(stdout, fmt::format("{}; written to {}\n", account_of(list, counts), (out / "results.csv").string()) + account_of_convergence(counts));
     if (counts.failed + counts.missing > 0) return ExitCode::some_failed;
     return counts.not_converged > 0 ? ExitCode::not_converged : ExitCode::done;
 }

@@ -493,7 +493,8 @@ void add_trace(CLI::App& app, RunOptions& options) {
 void add_timing_options(CLI::App& app, TimingOptions& options, std::uint64_t& seed, AccuracyOptions& accuracy) {
     options.run.out = "timing";
     add_run_options(app, options.run, seed, accuracy);
-    app.remove_option(app.get_option("--dry-run"));
+    // A cache would leave the stage that it is about to the warm-up.
+    for (const char* name : {"--dry-run", "--cache", "--cache-limit"}) app.remove_option(app.get_option(name));
     app.add_option("--threads", options.threads, "numbers of threads, parted by commas")
         ->type_name("N,N,...")
         ->delimiter(',')

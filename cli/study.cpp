@@ -25,7 +25,7 @@ constexpr std::array<std::string_view, 27> run_options{
     "half_side_over_height", "spacing", "rim", "viewpoints", "fixed_rotation", "exposure", "tone_mapping", "white_point"};
 
 /// Columns of results that are there whatever the parameters are called.
-constexpr std::array<std::string_view, 6> taken_names{"job", "scene", "group", "row", "status", "error"};
+constexpr std::array<std::string_view, 7> taken_names{"job", "scene", "group", "key", "row", "status", "error"};
 
 StudyEdit scene_edit(const JsonValue& pointer, StudyValue value) {
     const std::string& text = read_text(pointer);
@@ -141,7 +141,7 @@ StudyScene read_study_scene(const JsonValue& name, const std::filesystem::path& 
     if (name.text().empty() || !std::filesystem::exists(file, absent))
         name.refuse(fmt::format("there is no scene {} (names are relative to the folder of the study)", in_quotes(name.text())));
     const JsonDocument document(read_json_file(file, "scene"), file.string());
-    return {file, json_of(document.root())};
+    return {name.text(), file, json_of(document.root())};
 }
 
 StudyKeep read_keep(const JsonValue& value) {
@@ -172,7 +172,7 @@ std::size_t Study::combination_count() const {
 Study read_study(const std::filesystem::path& file) {
     Study study;
     study.file = file;
-    study.document = std::make_unique<const JsonDocument>(read_json_file(file, "study"), file.string());
+    study.document = std::make_unique<const JsonDocument>(read_json_file(file, "study"), file.string(), "study");
     const SceneObject root(study.document->root(), study_keys::study);
     const JsonValue version = root.at("naturel_study");
     if (version.kind() != JsonKind::number || version.number() != 1.0)

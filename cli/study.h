@@ -34,6 +34,7 @@ struct StudyBlock {
 };
 
 struct StudyScene {
+    std::string name;  ///< as the study writes it
     std::filesystem::path file;
     nlohmann::ordered_json base;
 };

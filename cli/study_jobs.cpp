@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 
 #include "cli/fingerprint.h"
@@ -71,20 +72,20 @@ void apply(const StudyEdit& edit, const StudyScene& scene, Json& root) {
             const bool is_number = !token.empty() && token.size() < 10 && std::ranges::all_of(token, [](char c) { return c >= '0' && c <= '9'; });
             if (!is_number || std::stoul(token) >= at->size())
                 edit.target_source.refuse(fmt::format("scene {}: the list {} has no item {} (0 to {} would be right)",
-                                                      in_quotes(scene.file.filename().string()), path, in_quotes(token),
+                                                      in_quotes(scene.name), path, in_quotes(token),
                                                       std::max<std::size_t>(at->size(), 1) - 1));
             at = &(*at)[std::stoul(token)];
         } else if (k == 1 && tokens[0] == "materials" && at->is_object() && !at->contains(token)) {
             // The reader would take it for another material, which no face refers to.
             std::vector<std::string_view> known;
             for (const auto& [name, material] : at->items()) known.push_back(name);
-            edit.target_source.refuse(fmt::format("scene {} has no material {} {}", in_quotes(scene.file.filename().string()), in_quotes(token),
+            edit.target_source.refuse(fmt::format("scene {} has no material {} {}", in_quotes(scene.name), in_quotes(token),
                                                   suggestion(token, known)));
         } else if (at->is_object() && (last || at->contains(token))) {
             at = &(*at)[token];
         } else {
             edit.target_source.refuse(fmt::format("scene {} has no {} to go on from (set {} as a whole first)",
-                                                  in_quotes(scene.file.filename().string()), path + '/' + token, path + '/' + token));
+                                                  in_quotes(scene.name), path + '/' + token, path + '/' + token));
         }
         path += '/' + token;
     }
@@ -145,7 +146,7 @@ std::size_t common_length(const std::string& a, const std::string& b) {
             (blamed == nullptr || common_length(edit->target, path) >= common_length(blamed->target, path)))
             blamed = edit;
     const JsonValue source = blamed != nullptr ? blamed->value_source : study.document->root();
-    source.refuse(fmt::format("scene {} with {}{}", in_quotes(scene.file.filename().string()),
+    source.refuse(fmt::format("scene {} with {}{}", in_quotes(scene.name),
                               blamed != nullptr ? fmt::format("{} = {}", blamed->target, fmt::format("{:.60}", blamed->value.dump())) : "no change", fault));
 }
 
@@ -200,10 +201,8 @@ void add_rings(Fingerprint& print, const std::vector<glm::dvec3>& outline_m, con
     for (const auto& hole : holes_m) add_ring(hole);
 }
 
-/// Of everything in a scene that its assembly, grid, visibility and sensors depend on: what SkySeries asks to be equal.
-std::string geometry_key(const Scene& scene, const std::map<std::string, std::string>& words) {
-    Fingerprint print;
-    add_words(print, words);
+/// Everything in a scene that its assembly depends on, and options of its grid.
+void add_geometry(Fingerprint& print, const Scene& scene) {
     const auto number_of = [](const auto& id) { return id ? static_cast<std::int64_t>(index(*id)) : -1; };
     print.add(scene.materials.size()).add(scene.glazings.size());
     print.add(scene.ground.z_m).add(scene.ground.shadows);
@@ -226,6 +225,13 @@ std::string geometry_key(const Scene& scene, const std::map<std::string, std::st
     const GridOptions& grid = scene.grid;
     print.add(grid.spacing_m).add(grid.outdoor_spacing_m).add(grid.zones).add(grid.sliver_area).add(grid.sliver_aspect);
     print.add(grid.refine.levels).add(grid.refine.contrast);
+}
+
+/// Of everything in a scene that its assembly, grid, visibility and sensors depend on: what SkySeries asks to be equal.
+std::string geometry_key(const Scene& scene, const std::map<std::string, std::string>& words) {
+    Fingerprint print;
+    add_words(print, words);
+    add_geometry(print, scene);
     print.add(scene.direct.method).add(scene.direct.tolerance);
     print.add(scene.primaries.name);
     for (const Chromaticity& c : scene.primaries.custom) print.add(c.x).add(c.y);
@@ -236,6 +242,46 @@ std::string geometry_key(const Scene& scene, const std::map<std::string, std::st
         print.add(set.points.size());
         for (const SensorPoint& point : set.points) print.add(point.position_m).add(point.normal);
     }
+    return print.digest();
+}
+
+/// Options that the numbers of a job without pictures do not depend on.
+constexpr std::array<std::string_view, 4> options_of_pictures_and_nodes{"exposure", "tone_mapping", "white_point", "node_irc"};
+constexpr std::array<std::string_view, 7> options_of_hemicube{"cells", "projection", "half_side_over_height", "spacing", "rim", "viewpoints",
+                                                              "fixed_rotation"};
+constexpr std::array<std::string_view, 4> options_of_embree{"form_factors", "pair_tolerance", "rays", "rays_per_point"};
+/// Those that form factors do depend on, beside those of their backend.
+constexpr std::array<std::string_view, 4> options_of_form_factors{"backend", "quality", "grid_spacing", "seed"};
+
+/// Without options of backends that are not asked.
+std::map<std::string, std::string> words_of_backend(std::map<std::string, std::string> words, const std::string& backend) {
+    const auto erase = [&](const auto& names) {
+        for (const std::string_view name : names) words.erase(std::string(name));
+    };
+    if (backend != "hemicube") erase(options_of_hemicube);
+    if (backend != "embree") erase(options_of_embree);
+    return words;
+}
+
+/// Jobs that differ in nothing else share a group.
+std::string group_key_of(const JobInput& input, const std::map<std::string, std::string>& words) {
+    std::map<std::string, std::string> own = words_of_backend(words, input.options->backend);
+    for (const std::string_view name : options_of_pictures_and_nodes) own.erase(std::string(name));
+    return geometry_key(input.scene, own);
+}
+
+/// Of what form factors depend on, as far as can be told without a grid. Equal keys with unlike form factors only cost time.
+/// with_sun: the grid is cut along the sunspots of the job.
+std::string rows_key(const JobInput& input, const std::map<std::string, std::string>& words, bool with_sun) {
+    Fingerprint print;
+    std::map<std::string, std::string> own = words_of_backend(words, input.options->backend);
+    std::erase_if(own, [](const auto& word) {
+        const auto is_among = [&](const auto& names) { return std::ranges::find(names, word.first) != names.end(); };
+        return !is_among(options_of_form_factors) && !is_among(options_of_hemicube) && !is_among(options_of_embree);
+    });
+    add_words(print, own);
+    add_geometry(print, input.scene);
+    if (with_sun && input.scene.grid.zones && input.scene.sun) print.add(input.scene.sun->altitude_rad).add(input.scene.sun->azimuth_rad);
     return print.digest();
 }
 
@@ -259,7 +305,7 @@ std::string set_key(const std::string& group_key, const Scene& scene) {
 /// What find_jobs() learns of a combination.
 struct Found {
     bool left_out = false;
-    std::string key, group_key, set_key, invalid;
+    std::string key, rows_key, group_key, set_key, invalid;
     std::shared_ptr<const Scene> scene;
 };
 
@@ -280,7 +326,8 @@ Found look_at(const Study& study, std::size_t combination, RunOptionSets& option
         JobInput input = read_varied(study, scene, edits, varied, options);
         found.key = print.add(std::string_view(input.scene.source_sha256)).digest();
         // A job with pictures is a group of its own. The key of a group is never that of a job: both have records.
-        found.group_key = study.keep.images ? Fingerprint().add(std::string_view(found.key)).digest() : geometry_key(input.scene, words);
+        found.group_key = study.keep.images ? Fingerprint().add(std::string_view(found.key)).digest() : group_key_of(input, words);
+        found.rows_key = rows_key(input, words, study.keep.images);
         found.set_key = set_key(found.group_key, input.scene);
         found.scene = std::make_shared<const Scene>(std::move(input.scene));
     } catch (const InputError& error) {
@@ -299,7 +346,7 @@ const RunOptions& RunOptionSets::of(const std::map<std::string, std::string>& wo
 }
 
 Json parameters_of(const Study& study, std::size_t combination) {
-    Json parameters{{"scene", scene_of(study, combination).file.stem().string()}};
+    Json parameters{{"scene", scene_of(study, combination).name}};
     const auto rows = rows_of(study, combination);
     for (std::size_t b = 0; b < rows.size(); ++b)
         for (std::size_t k = 0; k < rows[b]->size(); ++k) parameters[study.blocks[b].names[k]] = (*rows[b])[k].shown;
@@ -320,7 +367,7 @@ StudyJobs find_jobs(const Study& study, RunOptionSets& options, Progress& progre
     constexpr std::size_t most_kept_parts = 400000;
     std::size_t kept_parts = 0;
     StudyJobs all;
-    std::map<std::string, std::size_t> groups, sets;
+    std::map<std::string, std::size_t> rows, groups, sets;
     const std::size_t count = study.combination_count();
     for (std::size_t first = 0; first < count; first += part) {
         std::vector<Found> found(std::min(part, count - first));
@@ -341,8 +388,9 @@ StudyJobs find_jobs(const Study& study, RunOptionSets& options, Progress& progre
             }
             // A path that leads nowhere is a fault of the study, not of one job.
             if (!job.invalid.empty() && (job.key.empty() || !study.record_invalid_jobs)) throw InputError("", job.invalid);
-            std::size_t group = 0, set = 0;
+            std::size_t row_set = 0, group = 0, set = 0;
             if (job.invalid.empty()) {
+                row_set = rows.emplace(job.rows_key, rows.size()).first->second;
                 set = sets.emplace(job.set_key, sets.size()).first->second;
                 const auto [place, is_new] = groups.emplace(job.group_key, groups.size());
                 if (is_new) all.group_keys.push_back(job.group_key);
@@ -350,9 +398,10 @@ StudyJobs find_jobs(const Study& study, RunOptionSets& options, Progress& progre
             }
             if (job.scene != nullptr) kept_parts += 20 + job.scene->polyhedra.size() + job.scene->polygons.size() + job.scene->apertures.size();
             if (kept_parts > most_kept_parts) job.scene.reset();
-            all.jobs.push_back({first + k, std::move(job.key), group, set, std::move(job.invalid), std::move(job.scene)});
+            all.jobs.push_back({first + k, std::move(job.key), row_set, group, set, std::move(job.invalid), std::move(job.scene)});
         }
     }
+    all.row_sets = rows.size();
     all.sets = sets.size();
     if (all.jobs.empty())
         study.document->root().refuse(fmt::format("no job is left: the sun is never above {:.4g} degrees (\"sun_above_deg\" leaves out {} jobs)",

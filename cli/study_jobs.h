@@ -34,16 +34,18 @@ struct JobInput {
 struct StudyJob {
     std::size_t combination = 0;
     std::string key;          ///< SHA-256 of everything its results depend on
+    std::size_t row_set = 0;  ///< of form factors, which groups may have in common; one group belongs to one
     std::size_t group = 0;    ///< into StudyJobs::group_keys
     std::size_t set = 0;      ///< of reflectances, glazings and divisions of the sky: what SkySeries works out once for each
     std::string invalid;      ///< why nothing can be computed; empty if all is well
     std::shared_ptr<const Scene> scene;  ///< kept where memory allows: reading takes as long as many a job
 };
 
-/// Jobs of one group share assembly, grid, visibility and form factors.
+/// Jobs of one group share assembly, grid, visibility and all that SkySeries works out once. Form factors are shared by groups, too.
 struct StudyJobs {
     std::vector<StudyJob> jobs;
     std::vector<std::string> group_keys;
+    std::size_t row_sets = 0;  ///< how many: StudyJob::row_set is less
     std::size_t sets = 0;      ///< of all groups; one belongs to one group
     std::size_t left_out = 0;  ///< combinations whose sun is too low
 };

@@ -24,6 +24,13 @@ std::size_t step_count(const JsonValue& source, double length, double step) {
     return static_cast<std::size_t>(steps);
 }
 
+/// Whole numbers as people write them, without a fraction: options that count take no other.
+Json json_of_number(double number) {
+    constexpr double exact = 9007199254740992.0;  // 2^53
+    if (number == std::floor(number) && std::abs(number) <= exact) return static_cast<std::int64_t>(number);
+    return number;
+}
+
 std::vector<StudyValue> read_range(const JsonValue& value) {
     const SceneObject object(value, study_keys::range);
     constexpr Range any{-1e300, 1e300};
@@ -35,7 +42,7 @@ std::vector<StudyValue> read_range(const JsonValue& value) {
         const int n = read_integer(object, "count", {2.0, most_values}, 0);
         for (int k = 0; k < n; ++k) {
             const double share = static_cast<double>(k) / (n - 1);
-            values.push_back({(1.0 - share) * first + share * last, value});
+            values.push_back({json_of_number((1.0 - share) * first + share * last), value});
         }
         return values;
     }
@@ -44,7 +51,7 @@ std::vector<StudyValue> read_range(const JsonValue& value) {
         step->refuse(fmt::format("a step of {} does not lead from {} to {} (its sign or size is wrong)", width, first, last));
     // Rounded to what people write: 0.3 rather than 0.30000000000000004.
     for (std::size_t k = 0, n = step_count(value, last - first, width); k <= n; ++k)
-        values.push_back({std::strtod(fmt::format("{:.12g}", first + static_cast<double>(k) * width).c_str(), nullptr), value});
+        values.push_back({json_of_number(std::strtod(fmt::format("{:.12g}", first + static_cast<double>(k) * width).c_str(), nullptr)), value});
     return values;
 }
 
@@ -118,12 +125,8 @@ Json json_of(const JsonValue& value) {
             return nullptr;
         case JsonKind::boolean:
             return value.boolean();
-        case JsonKind::number: {
-            constexpr double exact = 9007199254740992.0;  // 2^53
-            const double number = value.number();
-            if (number == std::floor(number) && std::abs(number) <= exact) return static_cast<std::int64_t>(number);
-            return number;
-        }
+        case JsonKind::number:
+            return json_of_number(value.number());
         case JsonKind::text:
             return value.text();
         case JsonKind::list: {

@@ -241,7 +241,7 @@ private:
     /// Moves to the token that does not fit and returns what would.
     std::string skip_to_fault() {
         skip_blanks_and_comments();
-        if (state_ == State::start) return "a scene, an object in { },";
+        if (state_ == State::start) return fmt::format("a {}, an object in {{ }},", document_.kind_);
         if (state_ == State::after_key) return skip(':') ? "a value" : "\":\"";
         if (open_.empty()) return "the end of the file";
         const bool in_object = document_.nodes_[open_.back().node].kind == JsonKind::object;
@@ -284,8 +284,8 @@ private:
     State state_ = State::start;
 };
 
-JsonDocument::JsonDocument(std::string text, std::string file_name)
-    : text_(std::move(text)), file_name_(std::move(file_name)) {
+JsonDocument::JsonDocument(std::string text, std::string file_name, std::string kind)
+    : text_(std::move(text)), file_name_(std::move(file_name)), kind_(std::move(kind)) {
     if (text_.size() > max_bytes) {
         throw InputError(file_name_,
                          fmt::format("the file is too large (at most {} bytes are read)", max_bytes));

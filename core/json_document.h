@@ -47,8 +47,9 @@ public:
     static constexpr std::size_t max_depth = 64;
 
     /// Throws InputError if the text is not UTF-8, not JSON, has a key twice in an object, a number that
-    /// overflows, is nested deeper than max_depth or longer than max_bytes. file_name appears in messages.
-    JsonDocument(std::string text, std::string file_name);
+    /// overflows, is nested deeper than max_depth or longer than max_bytes. file_name appears in messages, and kind in that of a text
+    /// without anything.
+    JsonDocument(std::string text, std::string file_name, std::string kind = "scene");
 
     JsonValue root() const { return {*this, 0}; }
     const std::string& file_name() const { return file_name_; }
@@ -72,7 +73,7 @@ private:
     std::uint32_t next_sibling(std::uint32_t node) const;
 
     std::string text_;
-    std::string file_name_;
+    std::string file_name_, kind_;
     std::vector<Node> nodes_;
     std::vector<std::string> strings_;
 };

@@ -1,10 +1,14 @@
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
@@ -80,16 +84,24 @@ Json many_jobs(int count) {
     return study;
 }
 
-/// Kills the process at random instants until it ends by itself. Returns how often it was killed.
-int run_with_kills(const StudyFolder& study, std::string_view out, int kills, double longest_s) {
+/// Kills the process at random instants, until it ends by itself. Every other one falls into its beginning; the rest come after its
+/// first finished jobs, so that each time a few are finished more, however quick the machine is. Returns how often it was killed.
+int run_with_kills(const StudyFolder& study, std::string_view out, int kills, double beginning_s) {
     std::mt19937 random(7);
+    const auto records = study / out / "records/shard_1_of_1.records";
     int killed = 0;
-    while (killed < kills) {
+    for (; killed < kills; ++killed) {
+        std::error_code absent;
+        const auto size = [&] { return std::filesystem::exists(records, absent) ? std::filesystem::file_size(records, absent) : 0; };
+        const auto before = size();
         RunningProgram program({"batch", study.study(), "--out", (study / out).string(), "--threads", "2", "--quiet"});
-        std::this_thread::sleep_for(std::chrono::duration<double>(std::uniform_real_distribution(0.0, longest_s)(random)));
+        // Or until the first jobs are finished. A torn end may be cut off before that.
+        const double longest_s = killed % 2 == 0 ? std::uniform_real_distribution(0.0, beginning_s)(random) : 20.0;
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(longest_s);
+        while (size() <= before && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        if (killed % 2 != 0) std::this_thread::sleep_for(std::chrono::duration<double>(std::uniform_real_distribution(0.0, 0.03)(random)));
         program.send(SIGKILL);
         if (program.wait().exit_code != 128 + SIGKILL) break;
-        ++killed;
     }
     const Outcome last = study.batch(out);
     INFO(last.errors);
@@ -112,6 +124,48 @@ Json with(const char* pointer, const Json& value) {
     Json study = four_jobs;
     study[Json::json_pointer(pointer)] = value;
     return study;
+}
+
+/// Values of a parameter in the order of the jobs.
+std::vector<Json> values_of(const std::vector<Json>& jobs, const std::string& name) {
+    std::vector<Json> values;
+    for (const Json& job : jobs) values.push_back(job["parameters"].at(name));
+    return values;
+}
+
+/// Jobs of a study as its folder lists them, without what they compute.
+std::vector<Json> jobs_of(const Json& study) {
+    const StudyFolder folder(study);
+    const Outcome outcome = folder.batch("out");
+    INFO(outcome.errors);
+    REQUIRE(outcome.exit_code == 0);
+    return lines_of(folder.results("out").at("results.jsonl"));
+}
+
+/// The study with one varied parameter, in the room with the clock's sun.
+Json varying(const Json& parameter) {
+    Json study = four_jobs;
+    study["vary"] = Json::array({parameter});
+    study["set"] = {{"/site", {{"latitude_deg", 47.2}, {"longitude_deg", -1.6}, {"time_zone_h", 1}}},
+                    {"/sun", {{"date", "2026-06-21"}, {"time", "12:00"}, {"direct_normal_illuminance_lx", 50000}}}};
+    return study;
+}
+
+/// Megabytes or gigabytes before " of memory", in bytes.
+double forecast_bytes(const std::string& text) {
+    const std::size_t begin = text.find("at most about ", text.find("Together about"));
+    REQUIRE(begin != std::string::npos);
+    std::istringstream words(text.substr(begin + 14));
+    double number = 0.0;
+    std::string unit;
+    words >> number >> unit;
+    return number * (unit == "GB" ? 1e9 : 1e6);
+}
+
+std::size_t count_of(const std::string& text, std::string_view part) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
 }
 
 }  // namespace
@@ -191,8 +245,7 @@ TEST_CASE("a study killed at any instant ends with the bytes of one that was not
 TEST_CASE("fifty random kills cost no finished job and no byte", "[cli][batch][slow]") {
     const StudyFolder study(many_jobs(1500));
     REQUIRE(study.batch("whole").exit_code == 0);
-    const int killed = run_with_kills(study, "killed", 50, 1.0);
-    CHECK(killed >= 10);
+    CHECK(run_with_kills(study, "killed", 50, 1.0) == 50);
     CHECK((study.results("killed") == study.results("whole")));
     CHECK(record_count(study / "killed") == 3000 + 1);
 }
@@ -350,7 +403,9 @@ TEST_CASE("a failed job is recorded, stops no other, and is tried again when ask
     CHECK(lines_of(fine.results("out").at("results.jsonl"))[3]["status"] == "done");
     const Outcome stopped = fine.batch("stopped", {"--max-failures", "0"});
     CHECK(stopped.exit_code == 5);
-    CHECK(stopped.errors.find("stopped after 1 failures") != std::string::npos);
+    CHECK(stopped.errors.find("`naturel merge " + (fine / "stopped").string() + "` writes results of what there is") != std::string::npos);
+    CHECK(run_naturel({"merge", (fine / "stopped").string()}).output.find("0 jobs done, 1 failed, 3 missing") != std::string::npos);
+    CHECK(stopped.errors.find("stopped after 1 failure (") != std::string::npos);
 }
 
 TEST_CASE("jobs of a study that varies reflectances under every sky are grouped by their reflectances", "[cli][batch]") {
@@ -406,7 +461,7 @@ TEST_CASE("Ctrl-C ends a study with exit code 130 and keeps what is finished", "
     const Outcome outcome = program.wait();
     INFO(outcome.errors);
     CHECK(outcome.exit_code == 130);
-    CHECK(outcome.errors.find("jobs are finished; the same command goes on from there") != std::string::npos);
+    CHECK(outcome.errors.find(" finished; the same command goes on from there") != std::string::npos);
     CHECK(record_count(study / "out") >= 1);
     CHECK(record_count(study / "out") < 40);
 }
@@ -441,10 +496,10 @@ TEST_CASE("a dry run names jobs, groups, memory and time, and leaves nothing", "
     const StudyFolder study;
     const Outcome outcome = study.batch("out", {"--dry-run"});
     CHECK(outcome.exit_code == 0);
-    CHECK(outcome.output.find("4 jobs in 1 groups") != std::string::npos);
+    CHECK(outcome.output.find("4 jobs in 1 group;") != std::string::npos);
     CHECK(outcome.output.find("of memory") != std::string::npos);
     CHECK(outcome.output.find("for each of 2 sets of reflectances") != std::string::npos);
-    CHECK(outcome.output.find("job 4 (group 1): scene room, floor {\"reflectance\":0.6}, sky 20000") != std::string::npos);
+    CHECK(outcome.output.find("job 4 (group 1): scene room.json, floor {\"reflectance\":0.6}, sky 20000") != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(study / "out"));
     for (const char* scheduler : {"slurm", "parallel"}) {
         const Outcome script = study.batch("out", {"--print", scheduler, "--shards", "3"});
@@ -636,4 +691,318 @@ TEST_CASE("the shipped studies can be read", "[cli][batch]") {
         INFO(outcome.errors);
         CHECK(outcome.exit_code == 0);
     }
+}
+
+TEST_CASE("every way to say values gives the values that it says", "[cli][batch]") {
+    const auto dates = [](const char* first, const char* last, const Json& step) {
+        Json named{{"first", first}, {"last", last}};
+        named.update(step);
+        Json study = varying({{"path", "/sun/date"}, {"dates", named}});
+        study["options"]["cells"] = 8;
+        return values_of(jobs_of(study), "date");
+    };
+    // A month without that day has its last one, and the step goes on from the first date; 2028 is a leap year.
+    CHECK(dates("2027-12-31", "2028-04-30", {{"step_months", 1}}) ==
+          std::vector<Json>{"2027-12-31", "2028-01-31", "2028-02-29", "2028-03-31", "2028-04-30"});
+    CHECK(dates("2027-01-30", "2027-03-29", {{"step_months", 1}}) == std::vector<Json>{"2027-01-30", "2027-02-28"});
+    CHECK(dates("2028-02-28", "2028-03-01", Json::object()) == std::vector<Json>{"2028-02-28", "2028-02-29", "2028-03-01"});
+    CHECK(dates("2027-02-27", "2027-03-03", {{"step_days", 2}}) == std::vector<Json>{"2027-02-27", "2027-03-01", "2027-03-03"});
+
+    CHECK(values_of(jobs_of(varying({{"path", "/sun/time"}, {"times", {{"first", "08:30"}, {"last", "10:00"}, {"step_min", 45}}}})), "time") ==
+          std::vector<Json>{"08:30", "09:15", "10:00"});
+    CHECK(values_of(jobs_of(varying({{"path", "/sun/time"}, {"times", {{"first", "09:15"}, {"last", "11:14"}}}})), "time") ==
+          std::vector<Json>{"09:15", "10:15"});
+
+    const auto range = [](const Json& range) {
+        return values_of(jobs_of(varying({{"path", "/materials/wall/reflectance"}, {"range", range}})), "reflectance");
+    };
+    CHECK(range({{"first", 0.1}, {"last", 0.4}, {"step", 0.1}}) == std::vector<Json>{0.1, 0.2, 0.3, 0.4});
+    CHECK(range({{"first", 0.4}, {"last", 0.15}, {"step", -0.1}}) == std::vector<Json>{0.4, 0.3, 0.2});
+    CHECK(range({{"first", 0.2}, {"last", 0.6}, {"count", 3}}) == std::vector<Json>{0.2, 0.4, 0.6});
+}
+
+TEST_CASE("a zip varies parameters together, a list changes what each entry says", "[cli][batch]") {
+    Json study = four_jobs;
+    study["vary"] = Json::parse(R"([
+        {"zip": [{"path": "/materials/wall/reflectance", "values": [0.3, 0.7]},
+                 {"name": "level", "path": "/sky/horizontal_illuminance_lx", "range": {"first": 5000, "last": 8000, "step": 3000}}]},
+        {"name": "variant", "list": [
+            {"label": "as it is"},
+            {"label": "dark floor, coarse", "set": {"/materials/floor": {"reflectance": 0.1}}, "options": {"cells": 16}}]}
+    ])");
+    const std::vector<Json> jobs = jobs_of(study);
+    CHECK(values_of(jobs, "reflectance") == std::vector<Json>{0.3, 0.3, 0.7, 0.7});
+    CHECK(values_of(jobs, "level") == std::vector<Json>{5000, 5000, 8000, 8000});
+    CHECK(values_of(jobs, "variant") == std::vector<Json>{"as it is", "dark floor, coarse", "as it is", "dark floor, coarse"});
+    const auto mean_lx = [&](std::size_t job) { return jobs[job]["figures"]["sensor_sets"][0]["illuminance_lx"]["mean"].get<double>(); };
+    CHECK(mean_lx(2) > mean_lx(0));  // lighter walls under a brighter sky
+    CHECK(mean_lx(1) < mean_lx(0));  // a darker floor
+    CHECK(jobs[0]["group"] != jobs[1]["group"]);  // with form factors of their own
+
+    // What a value does is what the scene with that value shows.
+    const StudyFolder folder;
+    Json room = Json::parse(small_room);
+    room["materials"]["wall"]["reflectance"] = 0.7;
+    room["materials"]["floor"] = {{"reflectance", 0.1}};
+    room["sky"]["horizontal_illuminance_lx"] = 8000;
+    write(folder / "room.json", room.dump());
+    folder.put({{"naturel_study", 1}, {"scenes", "room.json"}, {"options", {{"backend", "hemicube"}, {"cells", 16}}}, {"vary", Json::array()}});
+    REQUIRE(folder.batch("out").exit_code == 0);
+    CHECK(lines_of(folder.results("out").at("results.jsonl"))[0]["figures"] == jobs[3]["figures"]);
+}
+
+TEST_CASE("options that count take whole numbers of a range, and say where others stand", "[cli][batch]") {
+    const auto cells = [](const Json& values) {
+        Json study = four_jobs;
+        study["options"].erase("cells");
+        study["vary"] = Json::parse(R"([{"option": "cells"}])");
+        study["vary"][0].update(values);
+        return study;
+    };
+    const std::vector<Json> jobs = jobs_of(cells({{"range", {{"first", 16}, {"last", 32}, {"step", 16}}}}));
+    CHECK(values_of(jobs, "cells") == std::vector<Json>{16, 32});
+    CHECK(jobs[0]["figures"] != jobs[1]["figures"]);
+    CHECK(values_of(jobs_of(cells({{"range", {{"first", 16}, {"last", 32}, {"count", 2}}}})), "cells") == std::vector<Json>{16, 32});
+    check_refusal(cells({{"values", {64, 64.5}}}), "/vary/0/values/1", "--cells: \"64.5\" is not a whole number from 1 to 4096");
+    check_refusal(cells({{"range", {{"first", 16}, {"last", 17}, {"step", 0.5}}}}), "/vary/0/range", "--cells: \"16.5\" is not a whole number from 1 to 4096");
+}
+
+TEST_CASE("jobs with the sun below the limit are left out", "[cli][batch]") {
+    Json study = varying({{"path", "/sun/time"}, {"times", {{"first", "04:00"}, {"last", "22:00"}, {"step_min", 360}}}});
+    study["sun_above_deg"] = 2;
+    // In June at 47 degrees the sun stands above 2 degrees at 10:00 and 16:00, not at 4:00 and 22:00.
+    CHECK(values_of(jobs_of(study), "time") == std::vector<Json>{"10:00", "16:00"});
+    const StudyFolder folder(study);
+    CHECK(folder.batch("out", {"--dry-run"}).output.find("2 more are left out: the sun is too low") != std::string::npos);
+    study["sun_above_deg"] = -60;
+    CHECK(jobs_of(study).size() == 4);
+}
+
+TEST_CASE("the memory that a study is forecast to need is enough, and not many times as much", "[cli][batch]") {
+    Json pictures = with("/keep", {"images"});
+    pictures["vary"].erase(0);
+    for (const std::string& backend : backend_names()) {
+        Json large = pictures;
+        large["options"] = {{"backend", backend}, {"quality", "draft"}};
+        large["set"] = {{"/views/0/width", 1200}, {"/views/0/height", 900}, {"/views/1/width", 500}, {"/views/1/height", 400}};
+        large["vary"][0]["values"] = {10000};
+        Json fine = four_jobs;
+        fine["options"] = {{"backend", backend}, {"quality", "draft"}, {"grid_spacing", 0.2}};
+        Json small = four_jobs, small_pictures = pictures;
+        small["options"]["backend"] = small_pictures["options"]["backend"] = backend;
+        if (backend != "hemicube") small["options"].erase("cells"), small_pictures["options"].erase("cells");
+        for (const Json& study : {small, fine, small_pictures, large}) {
+            const StudyFolder folder(study);
+            const double forecast = forecast_bytes(folder.batch("out", {"--dry-run"}).output);
+            const Outcome outcome = folder.batch("out");
+            REQUIRE(outcome.exit_code == 0);
+            INFO(study.dump() << "\nforecast " << forecast / 1e6 << " MB, peak " << outcome.peak_memory_bytes / 1e6 << " MB");
+            CHECK(forecast >= outcome.peak_memory_bytes);
+            // Rows are forecast at their longest, and with what a repair takes at most.
+            CHECK(forecast <= 2.5 * outcome.peak_memory_bytes);
+        }
+    }
+}
+
+TEST_CASE("jobs with one grid compute form factors once, whatever else differs", "[cli][batch]") {
+    Json pictures = with("/keep", {"images", "sensors"});
+    pictures["vary"][1]["values"] = {10000, 20000};
+    Json tolerances = with("/keep", {"sensors"});
+    tolerances["vary"] = Json::parse(R"([{"option": "radiosity_tolerance", "values": [1e-3, 1e-5]},
+                                         {"path": "/primaries", "values": ["srgb", "ebu"]},
+                                         {"option": "exposure", "values": ["auto", "white=100"]}])");
+    for (const Json& study : {pictures, tolerances}) {
+        const StudyFolder folder(study);
+        const Outcome whole = folder.batch("whole", {"--progress", "json"});
+        INFO(whole.errors);
+        REQUIRE(whole.exit_code == 0);
+        CHECK(count_of(whole.errors, "\"stage\":\"form factors\"") == 1);
+        // In processes of their own jobs share nothing.
+        const std::size_t jobs = lines_of(folder.results("whole").at("results.jsonl")).size();
+        std::vector<std::string> merge{"merge"};
+        for (std::size_t shard = 1; shard <= jobs; ++shard) {
+            const std::string out = "apart_" + std::to_string(shard);
+            REQUIRE(folder.batch(out, {"--shard", std::to_string(shard) + "/" + std::to_string(jobs)}).exit_code == 0);
+            merge.push_back((folder / out).string());
+        }
+        merge.insert(merge.end(), {"--out", (folder / "merged").string()});
+        const Outcome merged = run_naturel(merge);
+        INFO(merged.errors);
+        REQUIRE(merged.exit_code == 0);
+        CHECK((folder.results("merged") == folder.results("whole")));
+        CHECK((files_below(folder / "merged/images") == files_below(folder / "whole/images")));
+    }
+    // Exposure is not even a reason for another group.
+    const StudyFolder folder(tolerances);
+    CHECK(folder.batch("out", {"--dry-run"}).output.find("8 jobs in 4 groups") != std::string::npos);
+}
+
+TEST_CASE("form factors that took long are not lost by a kill, and go when the study is complete", "[cli][batch][slow]") {
+    Json study_json = four_jobs;
+    study_json["options"] = {{"backend", "hemicube"}, {"cells", 1024}, {"grid_spacing", 0.3}};
+    const StudyFolder study(study_json);
+    {
+        RunningProgram program({"batch", study.study(), "--out", (study / "out").string(), "--threads", "2"});
+        const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+        while (std::chrono::steady_clock::now() < deadline && !std::filesystem::exists(study / "out/results.csv")) {
+            const auto files = files_below(study / "out/form_factors");
+            if (std::ranges::any_of(files, [](const auto& file) { return file.first.ends_with(".rows"); })) break;
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        program.send(SIGKILL);
+        program.wait();
+    }
+    REQUIRE(!files_below(study / "out/form_factors").empty());
+    const Outcome rest = study.batch("out", {"--progress", "json"});
+    CHECK(rest.exit_code == 0);
+    CHECK(count_of(rest.errors, "\"stage\":\"form factors\"") == 0);
+    CHECK_FALSE(std::filesystem::exists(study / "out/form_factors"));
+    REQUIRE(study.batch("whole").exit_code == 0);
+    CHECK((study.results("out") == study.results("whole")));
+}
+
+TEST_CASE("results with failed jobs do not depend on where the study lies and how it is called", "[cli][batch]") {
+    Json study_json = with("/vary/1/values", {10000, -1});
+    study_json["invalid_jobs"] = "record";
+    const StudyFolder study(study_json), elsewhere(study_json);
+    REQUIRE(study.batch("out").exit_code == 5);
+    REQUIRE(elsewhere.batch("out").exit_code == 5);
+    CHECK((study.results("out") == elsewhere.results("out")));
+    // Written on other lines, and called by another path.
+    write(study / "study.json", "\n\n" + content_of(study / "study.json"));
+    const auto roundabout = study / "out" / ".." / "study.json";
+    REQUIRE(run_naturel({"batch", roundabout.string(), "--out", (study / "again").string()}).exit_code == 5);
+    CHECK((study.results("out") == study.results("again")));
+    const std::string error = lines_of(study.results("out").at("results.jsonl"))[1]["error"];
+    CHECK(error.starts_with("/vary/1/values/1: scene \"room.json\" with /sky/horizontal_illuminance_lx = -1: /sky/horizontal_illuminance_lx: "));
+}
+
+TEST_CASE("rows of results say which scene and which row of the sensors they are of", "[cli][batch]") {
+    check_refusal(with("/vary/1/name", "key"), "/vary/1", "is a column of every result");
+
+    Json study_json = with("/scenes", {"room.json", "north/room.json"});
+    study_json["vary"] = Json::parse(R"([{"name": "sky", "path": "/sky/horizontal_illuminance_lx", "values": [-1, 10000]}])");
+    study_json["keep"] = {"sensors"};
+    study_json["invalid_jobs"] = "record";
+    const StudyFolder study(study_json);
+    std::filesystem::create_directory(study / "north");
+    std::string north(small_room);
+    const std::string from_south = "\"azimuth_deg\": 180";
+    north.replace(north.find(from_south), from_south.size(), "\"azimuth_deg\": 0");
+    write(study / "north/room.json", north);
+    REQUIRE(study.batch("out").exit_code == 5);
+    const auto files = study.results("out");
+    CHECK(values_of(lines_of(files.at("results.jsonl")), "scene") == std::vector<Json>{"room.json", "room.json", "north/room.json", "north/room.json"});
+    std::istringstream table(files.at("results.csv"));
+    std::vector<std::string> rows;
+    for (std::string line; std::getline(table, line);) rows.push_back(line);
+    REQUIRE(rows.size() == 5);
+    CHECK(rows[0].starts_with("job,group,key,row,scene,sky,status,"));
+    const auto row_of = [&](std::size_t line) {
+        std::istringstream cells(rows[line]);
+        std::string cell;
+        for (int k = 0; k < 4; ++k) std::getline(cells, cell, ',');
+        return cell;
+    };
+    CHECK(row_of(1).empty());  // invalid: no group, no row of its sensors
+    CHECK(row_of(2) == "0");
+    CHECK(row_of(3).empty());
+    CHECK(row_of(4) == "1");
+}
+
+TEST_CASE("a parameter without effect is named", "[cli][batch]") {
+    Json study_json = varying({{"path", "/sun/time"}, {"values", {"10:00", "12:00"}}});
+    study_json["vary"].push_back(Json::parse(R"({"path": "/sun", "values": [{"altitude_deg": 30, "azimuth_deg": 180}]})"));
+    const StudyFolder study(study_json);
+    const Outcome outcome = study.batch("out");
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.errors.find("warning: job 2 equals job 1 although \"time\" differs") != std::string::npos);
+    // The same value twice is no fault.
+    study.put(with("/vary/1/values", {10000, 10000}));
+    CHECK(study.batch("twice").errors.find("warning") == std::string::npos);
+}
+
+TEST_CASE("who waits for a folder says so and can be interrupted", "[cli][batch]") {
+    const StudyFolder study;
+    REQUIRE(study.batch("out").exit_code == 0);
+    const int lock = ::open((study / "out/lock").c_str(), O_RDWR | O_CLOEXEC);
+    REQUIRE(lock >= 0);
+    REQUIRE(::flock(lock, LOCK_EX) == 0);
+    for (const std::vector<std::string>& command : {std::vector<std::string>{"batch", study.study(), "--out", (study / "out").string()},
+                                                    std::vector<std::string>{"merge", (study / "out").string()}}) {
+        RunningProgram program(command);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+        program.send(SIGINT);
+        auto end = std::async(std::launch::async, [&] { return program.wait(); });
+        if (end.wait_for(std::chrono::seconds(5)) != std::future_status::ready) program.send(SIGKILL);
+        const Outcome outcome = end.get();
+        CHECK(outcome.exit_code == 130);
+        CHECK(outcome.errors.find("waiting for another naturel that writes lists or results in " + (study / "out").string()) != std::string::npos);
+    }
+    ::close(lock);
+}
+
+TEST_CASE("damage between records is told while jobs are missing for it, and no longer", "[cli][batch]") {
+    const StudyFolder study(many_jobs(3));
+    REQUIRE(study.batch("out").exit_code == 0);
+    const auto file = study / "out/records/shard_1_of_1.records";
+    std::string records = content_of(file);
+    records[records.find("NATURJOB", 1) + 200] ^= 1;
+    write(file, records);
+    CHECK(run_naturel({"merge", (study / "out").string()}).errors.find("damaged bytes between records are skipped") != std::string::npos);
+    CHECK(study.batch("out").errors.find("damaged bytes between records are skipped") != std::string::npos);
+    CHECK(study.batch("out").errors.find("damaged") == std::string::npos);
+    CHECK(run_naturel({"merge", (study / "out").string()}).errors.empty());
+}
+
+TEST_CASE("words of a study are true and name what is wrong", "[cli][batch]") {
+    Json hasty = with("/options/max_iterations", 1);
+    hasty["options"]["radiosity_tolerance"] = 1e-9;
+    const StudyFolder study(hasty);
+    const Outcome computed = study.batch("out");
+    CHECK(computed.exit_code == 4);
+    CHECK(computed.output.find("  4 jobs did NOT converge\n") != std::string::npos);
+    const Outcome merged = run_naturel({"merge", (study / "out").string()});
+    CHECK(merged.exit_code == 4);
+    CHECK(merged.output.find("  4 jobs did NOT converge\n") != std::string::npos);
+
+    const Outcome again = study.batch("out", {"--progress", "json"});
+    CHECK(again.errors.find("4 of 4 jobs are finished already") != std::string::npos);
+    CHECK(again.output.find("0 of 0") == std::string::npos);
+    const Outcome planned = study.batch("out", {"--dry-run"});
+    CHECK(planned.output.find("4 of 4 jobs are finished already") != std::string::npos);
+    CHECK(planned.output.find("Together about 0 s of one core") != std::string::npos);
+    CHECK(planned.output.find("\njob ") == std::string::npos);
+
+    hasty["keep"] = {"sensors"};
+    study.put(hasty);
+    CHECK(study.batch("out").errors.find("its options or \"keep\" have changed") != std::string::npos);
+
+    write(study / "study.json", "");
+    const Outcome empty = study.batch("other");
+    CHECK(empty.exit_code == 3);
+    CHECK(empty.errors.find("the file ends too early (a study, an object in { }, is expected here)") != std::string::npos);
+}
+
+TEST_CASE("all that a study says beside JSON is JSON", "[cli][batch]") {
+    Json study_json = with("/vary/1/values", {10000, -1});
+    study_json["invalid_jobs"] = "record";
+    const StudyFolder study(study_json);
+    write(study / "file", "in the place of a folder");
+    const std::vector<std::string> json{"--progress", "json", "--cache", (study / "file/cache").string()};
+    const Outcome failed = study.batch("out", json);
+    CHECK(failed.exit_code == 5);
+    std::string warnings, notes;
+    for (const Json& line : lines_of(failed.errors)) {
+        warnings += line.value("warning", "");
+        notes += line.value("note", "");
+    }
+    CHECK(warnings.find("cache: the folder " + (study / "file/cache").string() + " cannot be made: Not a directory") != std::string::npos);
+    CHECK(notes.find("job 2 failed: ") != std::string::npos);
+    CHECK(lines_of(study.batch("out", json).errors).size() >= 2);
+    const Outcome stopped = study.batch("stopped", {"--progress", "json", "--max-failures", "0"});
+    CHECK(lines_of(stopped.errors).back().at("error").get<std::string>().starts_with("stopped after 1 failure"));
+    const Outcome refused = study.batch("file", {"--progress", "json"});
+    CHECK(refused.exit_code == 3);
+    CHECK(lines_of(refused.errors).back().contains("error"));
 }

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -50,11 +51,15 @@ void RunningProgram::send(int signal) const {
 
 Outcome RunningProgram::wait() {
     int status = 0;
-    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    rusage used{};
+    while (::wait4(process_, &status, 0, &used) < 0 && errno == EINTR) {
     }
+    const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
     return {.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
             .output = content_of(folder_ / "stdout"),
-            .errors = content_of(folder_ / "stderr")};
+            .errors = content_of(folder_ / "stderr"),
+            .peak_memory_bytes = 1024.0 * static_cast<double>(used.ru_maxrss),  // Linux counts kibibytes
+            .cpu_seconds = seconds(used.ru_utime) + seconds(used.ru_stime)};
 }
 
 Outcome run_naturel(const std::vector<std::string>& arguments, const std::filesystem::path& program) {

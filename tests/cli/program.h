@@ -29,6 +29,8 @@ struct Outcome {
     int exit_code = -1;  ///< 128 + signal number when a signal ended it
     std::string output;  ///< stdout
     std::string errors;  ///< stderr
+    double peak_memory_bytes = 0.0;
+    double cpu_seconds = 0.0;
 };
 
 /// The program at work.

@@ -1,6 +1,14 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <future>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
@@ -329,6 +337,10 @@ TEST_CASE("timing refuses what it cannot time", "[cli][timing]") {
     CHECK(run_naturel(with_room(folder, {"timing", "--threads", "1,x"})).exit_code == 2);
     CHECK(run_naturel(with_room(folder, {"timing", "--repeat", "0"})).exit_code == 2);
     CHECK(run_naturel(with_room(folder, {"timing", "--dry-run"})).exit_code == 2);
+    // Every run but the first would read form factors instead of computing them.
+    CHECK(run_naturel(with_room(folder, {"timing", "--cache", (folder / "cache").string(), "--out", (folder / "study").string()})).exit_code == 2);
+    CHECK(run_naturel(with_room(folder, {"timing", "--cache-limit", "1G", "--out", (folder / "study").string()})).exit_code == 2);
+    CHECK_FALSE(std::filesystem::exists(folder / "cache"));
     const std::filesystem::path out = folder / "study";
     write(folder / "broken.json", "{\"naturel\": 1}");
     const Outcome broken = run_naturel({"timing", (folder / "broken.json").string(), "--out", out.string()});
@@ -404,4 +416,78 @@ TEST_CASE("a trace is valid JSON whose spans nest", "[cli][timing]") {
     const Outcome refused = run_naturel(with_room(folder, {"run", "--trace", (folder / "absent" / "trace.json").string(), "--out", (folder / "no").string()}));
     CHECK(refused.exit_code == 3);
     CHECK_FALSE(std::filesystem::exists(folder / "no"));
+}
+
+TEST_CASE("form factors that are read have no rate of computing", "[cli][timing]") {
+    const TemporaryFolder folder;
+    const auto has_work = [&] {
+        REQUIRE(run_naturel(with_room(folder, {"run", "--backend", "hemicube", "--cells", "32", "--cache", (folder / "cache").string(), "--out",
+                                               (folder / "out").string(), "--quiet"}))
+                    .exit_code == 0);
+        std::map<std::string, bool> work;
+        const Json timings = Json::parse(content_of(folder / "out/hemicube/timings.json"));
+        for (const Json& stage : timings["stages"])
+            work[stage["stage"].get<std::string>()] = stage.contains("work");
+        return work;
+    };
+    const auto computed = has_work(), read = has_work();
+    CHECK(computed.at("form factors"));
+    CHECK_FALSE(read.at("form factors"));
+    CHECK(read.at("sensors"));
+}
+
+TEST_CASE("an output that is a link, a pipe or a device stays one", "[cli]") {
+    const TemporaryFolder folder;
+    const auto trace_to = [&](const std::filesystem::path& file) {
+        return with_room(folder, {"run", "--backend", "hemicube", "--cells", "16", "--no-error-estimate", "--no-report", "--quiet", "--trace",
+                                  file.string(), "--out", (folder / "out").string()});
+    };
+    SECTION("links, of which one leads to the other") {
+        write(folder / "target.json", "old");
+        std::filesystem::create_symlink("target.json", folder / "near");
+        std::filesystem::create_symlink(folder / "near", folder / "far");
+        REQUIRE(run_naturel(trace_to(folder / "far")).exit_code == 0);
+        CHECK(std::filesystem::is_symlink(folder / "near"));
+        CHECK(std::filesystem::is_symlink(folder / "far"));
+        CHECK(Json::parse(content_of(folder / "target.json")).contains("traceEvents"));
+
+        std::filesystem::create_symlink("rows.csv", folder / "link.csv");  // to nothing yet
+        REQUIRE(run_naturel({"formfactors", (folder / "room.json").string(), "--backend", "hemicube", "--cells", "16", "--quiet", "--out",
+                             (folder / "link.csv").string()})
+                    .exit_code == 0);
+        CHECK(std::filesystem::is_symlink(folder / "link.csv"));
+        CHECK(content_of(folder / "rows.csv").size() > 100);
+    }
+    SECTION("a pipe") {
+        REQUIRE(::mkfifo((folder / "pipe").c_str(), 0600) == 0);
+        // Opened before, so that the program need not wait for a reader.
+        const int pipe = ::open((folder / "pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+        REQUIRE(pipe >= 0);
+        RunningProgram program(trace_to(folder / "pipe"));
+        auto end = std::async(std::launch::async, [&] { return program.wait(); });
+        std::string bytes;
+        const auto read_all = [&] {
+            std::array<char, 4096> block{};
+            for (ssize_t got = 0; (got = ::read(pipe, block.data(), block.size())) > 0;) bytes.append(block.data(), static_cast<std::size_t>(got));
+        };
+        while (end.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) read_all();
+        read_all();
+        ::close(pipe);
+        CHECK(end.get().exit_code == 0);
+        CHECK(std::filesystem::is_fifo(folder / "pipe"));
+        CHECK(Json::parse(bytes).contains("traceEvents"));
+    }
+    SECTION("a device") {
+        // One of its own that swallows everything, as /dev/null does.
+        const std::filesystem::path device = folder / "null";
+        const int made = ::mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3));
+        const int opened = made == 0 ? ::open(device.c_str(), O_WRONLY | O_CLOEXEC) : -1;
+        if (opened < 0) {
+            WARN("skipped: only root may make a device");
+            return;
+        }
+        ::close(opened);
+        CHECK(run_naturel(trace_to(device)).exit_code == 0);
+        CHECK(std::filesystem::is_character_file(device));
+    }
 }
