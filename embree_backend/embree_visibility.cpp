@@ -139,12 +139,12 @@ public:
                 const DigitalShift digits{static_cast<std::uint32_t>(starts), static_cast<std::uint32_t>(starts >> 32)};
                 const RayTable& table = tables.table((random >> 3) + draws++);
                 shoot(patch.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                      [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& rays) {
+                      [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& lanes) {
                           if (sampler.parallelogram_m()) {
-                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first, rays);
+                              place_rays(frame, table, sampler.parallelogram_m(), tables.starts(), digits, first, lanes);
                           } else {
-                              sampler.place(tables.starts(), first, digits, rays.start_x, rays.start_y, rays.start_z);
-                              place_directions(frame, table, first, rays.x, rays.y, rays.z);
+                              sampler.place(tables.starts(), first, digits, lanes.start_x, lanes.start_y, lanes.start_z);
+                              place_directions(frame, table, first, lanes.x, lanes.y, lanes.z);
                           }
                       },
                       moved_start, scratch);
@@ -186,11 +186,11 @@ public:
             const std::uint64_t bits = mix(random + static_cast<std::uint64_t>(rays));
             const RayTable& table = largest_within(point_tables_, point_rays_ - rays).table((random >> 3) + draws++);
             shoot(from.normal, table, static_cast<std::uint32_t>(bits & 7u),
-                  [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& rays) {
-                      std::fill_n(rays.start_x, rays_per_packet, lifted.x);
-                      std::fill_n(rays.start_y, rays_per_packet, lifted.y);
-                      std::fill_n(rays.start_z, rays_per_packet, lifted.z);
-                      place_directions(frame, table, first, rays.x, rays.y, rays.z);
+                  [&](const HemisphereFrame& frame, std::size_t first, const RayLanes& lanes) {
+                      std::fill_n(lanes.start_x, rays_per_packet, lifted.x);
+                      std::fill_n(lanes.start_y, rays_per_packet, lifted.y);
+                      std::fill_n(lanes.start_z, rays_per_packet, lifted.z);
+                      place_directions(frame, table, first, lanes.x, lanes.y, lanes.z);
                   },
                   moved_start, scratch);
             rays += table.rays();
@@ -593,7 +593,7 @@ private:
             shoot_packets(scratch.wide_packets, normal, table, symmetry, place_eight, scratch);
         else
             shoot_packets(scratch.packets, normal, table, symmetry, place_eight, scratch);
-        try_again(normal, moved_start, scratch);
+        try_again(moved_start, scratch);
     }
 
     template <class AnyPacket, class PlaceEight>
@@ -639,7 +639,7 @@ private:
     }
 
     template <class MovedStart>
-    void try_again(const glm::dvec3& normal, const MovedStart& moved_start, RowScratch& scratch) const {
+    void try_again(const MovedStart& moved_start, RowScratch& scratch) const {
         Packet& packet = scratch.packets[0];
         for (const int attempt : {0, 1}) {
             scratch.still_lost.clear();

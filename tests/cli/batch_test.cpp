@@ -713,7 +713,7 @@ TEST_CASE("every way to say values gives the values that it says", "[cli][batch]
     CHECK(values_of(jobs_of(varying({{"path", "/sun/time"}, {"times", {{"first", "09:15"}, {"last", "11:14"}}}})), "time") ==
           std::vector<Json>{"09:15", "10:15"});
 
-    const auto range = [](const Json& range) {
+    const auto range = [](const Json& description) {
         return values_of(jobs_of(varying({{"path", "/materials/wall/reflectance"}, {"range", range}})), "reflectance");
     };
     CHECK(range({{"first", 0.1}, {"last", 0.4}, {"step", 0.1}}) == std::vector<Json>{0.1, 0.2, 0.3, 0.4});
