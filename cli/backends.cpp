@@ -1,12 +1,14 @@
 #include "cli/backends.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace naturel {
 
 BackendOptions settled(BackendOptions options, const PatchGrid& grid) {
     if (options.embree.form_factors == FormFactorMethod::pairwise && grid.gather_patch_count > options.most_patches_for_pairs)
         options.embree.form_factors = FormFactorMethod::hemisphere;
+    options.most_patches_for_pairs = std::numeric_limits<std::size_t>::max();  // what is settled holds for companions, too
     return options;
 }
 

@@ -346,8 +346,9 @@ std::optional<std::string> warning_of_equal_jobs(const Study& study, const Study
         if (example.empty() && !without_effect.empty()) example = fmt::format("job {} equals job {}", number + 1, place->second + 1);
     }
     if (without_effect.empty()) return {};
-    return fmt::format("{} although {} differs: what it sets has no effect, or is set again by a parameter that follows", example,
-                       fmt::join(without_effect, ", "));
+    const bool one = without_effect.size() == 1;
+    return fmt::format("{} although {} {}: what {} has no effect, or is set again by a parameter that follows", example,
+                       fmt::join(without_effect, ", "), one ? "differs" : "differ", one ? "it sets" : "they set");
 }
 
 /// Where results are complete, they are written; the last shard to end does it. mine: the jobs of this shard, whose failures make
@@ -362,8 +363,7 @@ ExitCode conclude(const BatchOptions& options, const StudyJobs& jobs, std::span<
     if (counts.missing == 0) {
         counts = write_results(options.out, list, finished);
         text += fmt::format("  written to {}\n", (options.out / "results.csv").string());
-        std::error_code absent;
-        if (options.cache.folder.empty()) std::filesystem::remove_all(own_cache(options), absent);
+        if (options.cache.folder.empty()) remove_kept_rows(own_cache(options));
     } else if (shard.count > 1) {
         text += fmt::format("  shard {} of {} has ended; results are written by the last one, or by `naturel merge`\n", shard.number, shard.count);
     }
@@ -429,7 +429,7 @@ ExitCode compute_study(const BatchOptions& options, Progress& told, bool drawn) 
         run.compute(mine, known);
     } catch (const TooManyFailures&) {
         tell(options.progress, Remark::error,
-             fmt::format("stopped after {} (--max-failures); what is finished is kept: the same command with a larger number goes on from there, "
+             fmt::format("stopped after {} (--max-failures); what is finished is kept: the same command goes on from there, "
                          "`naturel merge {}` writes results of what there is",
                          counted(progress.failed(), "failure"), options.out.string()));
         return ExitCode::some_failed;

@@ -13,7 +13,7 @@ namespace naturel {
 namespace {
 
 constexpr Rgb8 paper{245, 245, 245}, ink{30, 30, 30}, no_value{200, 200, 200};
-/// PictureSizes in pixels. They grow with the field, so that what is written stays as large beside it: 1 up to 1349 pixels.
+/// Sizes in pixels. They grow with the field, so that what is written stays as large beside it: 1 up to 1349 pixels.
 struct PictureSizes {
     int factor, line_height, bar_width, gap;
 

@@ -48,14 +48,16 @@ std::filesystem::path target_of_links(std::filesystem::path path) {
 
 }  // namespace
 
-WholeFile::WholeFile(const std::filesystem::path& target) : target_(target_of_links(target)) {
+WholeFile::WholeFile(const std::filesystem::path& target) {
     std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::status(target_, error);
+    const std::filesystem::file_status status = std::filesystem::status(target, error);
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-        path_ = target_;
+        // As it is named: the links of /proc to pipes end in no path.
+        path_ = target_ = target;
         moved_ = true;
         descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
     } else {
+        target_ = target_of_links(target);
         path_ = target_.string() + name_of_part();
         descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     }

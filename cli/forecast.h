@@ -22,7 +22,7 @@ struct Forecast {
     double form_factor_seconds = 0.0, gather_seconds = 0.0, direct_seconds = 0.0, picture_seconds = 0.0;
     double picture_writer_seconds = 0.0;  ///< once in a process
 
-    /// The most at one time: pictures come after the form factors are gone.
+    /// The most at one time: pictures come after the form factors are gone, but for half of their memory (docs/method.md, "Forecasts").
     double peak_bytes() const;
     double seconds() const { return form_factor_seconds + gather_seconds + direct_seconds + picture_seconds + picture_writer_seconds; }
 };

@@ -189,8 +189,20 @@ private:
 
 }  // namespace
 
+void remove_kept_rows(const std::filesystem::path& folder) {
+    std::error_code gone;
+    if (!std::filesystem::is_directory(folder, gone)) return;
+    keep_below(folder, -1.0, {});
+    std::filesystem::remove(folder, gone);  // not if there is anything of somebody else's
+}
+
 std::optional<FormFactorRows> FormFactorMemory::find(const std::string& key) {
-    if (key != key_) return {};
+    if (key != key_) {
+        // Of a set that is done with.
+        key_.clear();
+        rows_ = {};
+        return {};
+    }
     if (more_) return rows_;
     key_.clear();
     return std::move(rows_);

@@ -44,6 +44,9 @@ std::string form_factor_key(const Building& building, const PatchGrid& grid, con
 std::unique_ptr<Visibility> with_cache(std::unique_ptr<Visibility> visibility, const Building& building, const PatchGrid& grid,
                                        const FormFactorCache& cache, FormFactorMemory* memory = nullptr);
 
+/// Removes the files of a cache, and its folder if nothing else is in it.
+void remove_kept_rows(const std::filesystem::path& folder);
+
 /// Whether form factors that were asked for came out of a cache or memory, so that their time is not that of computing them.
 bool came_from_cache(const Visibility& visibility);
 

@@ -175,10 +175,9 @@ void write_form_factors(const FormFactorsOptions& options, Progress& progress) {
     if (!options.dry_run) make_writable_folder(options.out.has_parent_path() ? options.out.parent_path() : ".");
     const PreparedScene prepared = prepare_scene(std::move(read), options.quality, progress);
     const auto& [scene, building, sun, zones, grid] = prepared;
-    const std::unique_ptr<Visibility> visibility =
-        backends_named(options.backend).front().make(building, grid, options.backends);
     if (grid.gather_patch_count == 0)
         throw InputError(options.scene.string(), "no surface indoors: there are no form factors (carve a room into a solid, or give polygons that enclose one)");
+    const std::unique_ptr<Visibility> visibility = backends_named(options.backend).front().make(building, grid, options.backends);
     const Forecast work = forecast(scene, building, grid, 0, options.backend, options.backends, IndirectMethod::patch);
     if (options.dry_run) {
         print_at_once(stdout, dry_run_text(options, work, *visibility, prepared));

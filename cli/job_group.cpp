@@ -17,6 +17,12 @@ PreparedScene prepare_without_sun(const JobInput& input, const Progress& progres
     return prepared;
 }
 
+/// Jobs of a group draw no pictures, which would take memory.
+JobInput without_views(JobInput input) {
+    input.scene.views.clear();
+    return input;
+}
+
 std::unique_ptr<Visibility> make_visibility(const RunOptions& options, const PreparedScene& prepared, std::size_t sensors,
                                             const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress) {
     const Backend backend = backends_named(options.backend).front();
@@ -30,7 +36,7 @@ std::unique_ptr<Visibility> make_visibility(const RunOptions& options, const Pre
 }  // namespace
 
 JobGroup::JobGroup(const JobInput& any, const FormFactorCache& cache, FormFactorMemory& memory, Progress& progress)
-    : options_(*any.options), prepared_(prepare_without_sun(any, progress)),
+    : options_(*any.options), prepared_(prepare_without_sun(without_views(any), progress)),
       sensors_(place_sensors(prepared_.scene, prepared_.building)),
       visibility_(make_visibility(options_, prepared_, sensors_.size(), cache, memory, progress)),
       form_factors_(compute_form_factors(*visibility_, prepared_.grid, options_.daylight.form_factors, progress)) {

@@ -81,9 +81,9 @@ std::optional<std::string> keep_job_list(const std::filesystem::path& folder, co
         std::optional<JobList> read;
         try {
             read = read_job_list(folder);
-        } catch (const InputError& error) {
+        } catch (const InputError& problem) {
             // Records say themselves whose they are.
-            warning = fmt::format("{}; the list is made again", error.what());
+            warning = fmt::format("{}; the list is made again", problem.what());
         }
         if (read && job_list_text(*read) == text) return {};
         const JobList before = read ? std::move(*read) : JobList{{}, list.version, false, {}};

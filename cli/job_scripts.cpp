@@ -32,9 +32,8 @@ std::string program() {
 std::string command(const BatchOptions& options) {
     std::string text = fmt::format("{} batch {} --out {}", quoted(program()), quoted(std::filesystem::absolute(options.study).string()),
                                    quoted(std::filesystem::absolute(options.out).string()));
-    if (!options.cache.folder.empty())
-        text += fmt::format(" --cache {} --cache-limit {:.0f}", quoted(std::filesystem::absolute(options.cache.folder).string()),
-                            options.cache.limit_bytes);
+    if (!options.cache.folder.empty()) text += fmt::format(" --cache {}", quoted(std::filesystem::absolute(options.cache.folder).string()));
+    text += fmt::format(" --cache-limit {:.0f}", options.cache.limit_bytes);
     if (options.max_failures) text += fmt::format(" --max-failures {}", *options.max_failures);
     if (options.retry_failed) text += " --retry-failed";
     return text;

@@ -630,9 +630,10 @@ void finish(const CLI::App& command, const AccuracyOptions& accuracy, Options& o
     refuse_unused(command, options.backend, embree.form_factors, foreign, options.quality.name);
     const auto given = [&](const char* name) { return command.get_option(name)->count() > 0; };
     if (given("--form-factors") || given("--pair-tolerance")) options.backends.most_patches_for_pairs = any_number;
-    if (given("--most-rays") && !given("--target-error"))
+    const bool takes_embree = options.backend != "hemicube";
+    if (takes_embree && given("--most-rays") && !given("--target-error"))
         throw CLI::ValidationError("--most-rays", "limits how often rays are doubled to reach a target error (give \"--target-error\", too)");
-    if (given("--most-rays") && embree.most_rays_per_patch < embree.rays_per_patch)
+    if (takes_embree && given("--most-rays") && embree.most_rays_per_patch < embree.rays_per_patch)
         throw CLI::ValidationError("--most-rays", fmt::format("{} are fewer than the {} rays that every patch begins with (give fewer \"--rays\")",
                                                               embree.most_rays_per_patch, embree.rays_per_patch));
     // The default limits a search; rays that are asked for are no search.
@@ -778,7 +779,6 @@ RunOptions parse_run_options(const std::map<std::string, std::string>& words) {
     try {
         std::ranges::reverse(arguments);  // CLI11 takes them from the back
         app.parse(arguments);
-        refuse_details_without_false_colour(app, run.picture_files);
         // A study that varies the backend gives the options of both.
         finish(app, accuracy, run, seed, ForeignOptions::left_alone);
     } catch (const CLI::ParseError& error) {

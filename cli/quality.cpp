@@ -12,10 +12,6 @@ namespace {
 
 constexpr double not_named = 0.0;  // no spacing that a scene may ask for
 
-}  // namespace
-
-namespace {
-
 /// The rows of the table that matter to what a command computes.
 enum class TableRows { all, form_factors };
 

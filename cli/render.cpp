@@ -48,8 +48,8 @@ std::vector<View> wanted_views(const RenderOptions& options, const Scene& scene)
         } else if (std::filesystem::is_regular_file(text, error)) {
             refuse_to_replace(std::vector<std::filesystem::path>{text}, std::vector{options.out / glare_file_name});
             const std::string content = read_json_file(text, "view");
-            // A blank or a comment may come first.
-            const std::size_t first = content.find_first_not_of(" \t\r\n");
+            // A byte order mark, a blank or a comment may come first.
+            const std::size_t first = content.find_first_not_of("\xef\xbb\xbf \t\r\n");
             if (first == std::string::npos || std::string_view("{[/").find(content[first]) == std::string_view::npos)
                 throw InputError(text, "this is not JSON (a view, an object in { }, or a list of views in [ ] is expected)");
             append_views(content, text, scene, views);
@@ -103,8 +103,10 @@ void render(const RenderOptions& options, Progress& progress) {
     const std::filesystem::path glare_file = options.out / glare_file_name;
     std::error_code absent;
     const std::string glare = glare_json(judgements, std::filesystem::is_regular_file(glare_file, absent) ? file_content(glare_file) : "");
-    std::filesystem::remove(glare_file, absent);
-    if (!glare.empty()) write_file(glare_file, glare);
+    if (!glare.empty())
+        write_file(glare_file, glare);
+    else
+        std::filesystem::remove(glare_file, absent);
     std::string account = glare_account(judgements);
     for (const WrittenView& view : views)
         for (const std::string& file : view.files) account += fmt::format("{}: written to {}\n", view.id, (options.out / file).string());

@@ -226,7 +226,8 @@ const report_sensors = (() => {
     const largest_room = lattices.reduce((a, b) => (b.members.length > a.members.length ? b : a));
     const rows = Array.from({ length: across === "x" ? largest_room.columns : largest_room.rows }, (_, k) => largest_room[across + "0"] + k * spacing);
     // At first the row with most points, the middlemost of those: in an L-shaped room the middle may lie along a wall.
-    const counts = rows.map((_, k) => (across === "x" ? largest_room.at.map((line) => line[k]) : largest_room.at[k]).filter((point) => finite(point?.total_lx)).length);
+    const on_row = (row, key) => points.filter((point) => Math.abs(point[across + "_m"] - row) < 0.002 && finite(point[key]));
+    const counts = rows.map((row) => on_row(row, "total_lx").length);
     const longest = most(counts), fullest = rows.filter((_, k) => counts[k] === longest);
     state.row = fullest[(fullest.length - 1) >> 1];
     const row_choice = element("select", {}, ...rows.map((row) => element("option", { value: row }, `${across} = ${row.toFixed(2)} m`)));
@@ -316,7 +317,7 @@ const report_sensors = (() => {
     };
     const paint_section = () => {
       const { key, name, unit, limits } = state.quantity;
-      const row = points.filter((point) => Math.abs(point[across + "_m"] - state.row) < 0.002 && finite(point[key])).sort((a, b) => a[along + "_m"] - b[along + "_m"]);
+      const row = on_row(state.row, key).sort((a, b) => a[along + "_m"] - b[along + "_m"]);
       section_caption.replaceChildren(`${name} along ${along} `, element("span", {}, `at ${across} = ${state.row.toFixed(2)} m, ${unit}`));
       section_frame.replaceChildren(draw_curve(row.map((point) => [point[along + "_m"], point[key], point.room]), `${along}, m`, unit, limits, 1.5 * spacing, section_frame.clientWidth, `${name} along the section`));
     };

@@ -249,7 +249,7 @@ std::string geometry_key(const Scene& scene, const std::map<std::string, std::st
 constexpr std::array<std::string_view, 4> options_of_pictures_and_nodes{"exposure", "tone_mapping", "white_point", "node_irc"};
 constexpr std::array<std::string_view, 7> options_of_hemicube{"cells", "projection", "half_side_over_height", "spacing", "rim", "viewpoints",
                                                               "fixed_rotation"};
-constexpr std::array<std::string_view, 4> options_of_embree{"form_factors", "pair_tolerance", "rays", "rays_per_point"};
+constexpr std::array<std::string_view, 6> options_of_embree{"form_factors", "pair_tolerance", "rays", "rays_per_point", "target_error", "most_rays"};
 /// Those that form factors do depend on, beside those of their backend.
 constexpr std::array<std::string_view, 4> options_of_form_factors{"backend", "quality", "grid_spacing", "seed"};
 

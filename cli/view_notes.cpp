@@ -30,7 +30,7 @@ std::vector<std::string> view_notes(const Scene& scene, const Building& building
             notes.push_back(fmt::format("view \"{}\" {} (at {:.3f}, {:.3f}, {:.3f})", view.id, what, view.from_m.x, view.from_m.y, view.from_m.z));
         };
         const bool has_eye = view.kind != ViewKind::parallel;
-        if (has_eye && std::ranges::any_of(building.facets, [&](const Facet& facet) { return lies_on(facet, view.from_m); }))
+        if (has_eye && std::ranges::any_of(building.facets, [&](const Facet& facet) { return !facet.is_aperture && lies_on(facet, view.from_m); }))
             note("looks from a surface");
         else if (view.cut_planes.empty() && medium_at(scene, view.from_m) == Medium::solid)
             note("looks from inside a solid");

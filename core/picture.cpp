@@ -220,8 +220,7 @@ private:
         if (reach.cut && starts_in_solid(ray, reach)) return {.kind = Look::Kind::cut};
         if (starts_in_ground(ray, reach, seen)) {
             // What is seen from above lies under the ground, too: it hides all that is deeper.
-            if (ray.direction.z >= 0.0) return {.kind = Look::Kind::cut};
-            look.facet = seen = FacetId::none;
+            return {.kind = ray.direction.z < 0.0 ? Look::Kind::ground : Look::Kind::cut};
         }
         double distance_m = reach.end_m;
         if (seen == FacetId::none) {
@@ -354,7 +353,9 @@ private:
     /// which is where somebody can be.
     bool starts_in_ground(const Camera::Ray& ray, const Camera::Reach& reach, FacetId seen) const {
         if (camera_.kind != ViewKind::parallel || reach.cut) return false;
-        if (seen != FacetId::none && building_.facets[index(seen)].environment == Environment::indoor) return false;
+        const Facet* const facet = seen == FacetId::none ? nullptr : &building_.facets[index(seen)];
+        // The inside of a basement, whose near walls are seen through.
+        if (facet != nullptr && facet->environment == Environment::indoor && glm::dot(facet->normal, ray.direction) < 0.0) return false;
         return ray.origin_m.z < building_.ground_z_m && medium_at(scene_, ray.origin_m) == Medium::solid;
     }
 

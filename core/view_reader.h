@@ -6,7 +6,7 @@
 
 namespace naturel {
 
-/// Of one picture: 76 bytes per pixel while it is drawn (three colours of three bands, and a share), about 140 while it is encoded.
+/// Of one picture: 81 bytes per pixel while it is drawn (three colours of three bands, a share, a surface and a kind), about 140 while it is encoded.
 inline constexpr double most_megapixels = 64.0;
 inline constexpr int most_pixels_per_side = 16384;
 

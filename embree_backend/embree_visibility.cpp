@@ -175,7 +175,7 @@ public:
         // the wall meet its back at once and start in front of it the second time; rays that go into it start
         // farther back along the surface.
         const auto moved_start = [&](const LostRay& lost, int attempt) {
-            if (lost.distance_m < 4.0 * lift_m) return lost.start + 64.0 * lift_m * lost.direction;
+            if (lost.distance_m < 4.0 * lift_m) return lost.start + (attempt + 1) * 64.0 * lift_m * lost.direction;
             const glm::dvec3 ahead = lost.direction - glm::dot(lost.direction, from.normal) * from.normal;
             return lost.start - 64.0 * lift_m * ahead + attempt * crack_lifts * lift_m * glm::cross(from.normal, ahead);
         };

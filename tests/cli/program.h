@@ -29,8 +29,7 @@ struct Outcome {
     int exit_code = -1;  ///< 128 + signal number when a signal ended it
     std::string output;  ///< stdout
     std::string errors;  ///< stderr
-    double peak_memory_bytes = 0.0;
-    double cpu_seconds = 0.0;
+    double peak_memory_bytes = 0.0;  ///< looked at every millisecond
 };
 
 /// The program at work.

@@ -282,6 +282,9 @@ TEST_CASE("a parallel view from beside a building shows ground that is cut, not 
         CHECK_THAT(from_above.luminance_cd_m2[k].g, WithinRel(ground_cd_m2, 1e-12));
         CHECK(from_below.shown[k] == PixelContent::solid);
     }
+    // Nor does a basement show, whose near wall a ray that looks down a little would meet.
+    const Picture down_a_little = draw({0, 1, -0.02}, {}, SeeThrough::nothing);
+    for (std::size_t k = 51 * 80; k < down_a_little.surface.size(); ++k) CHECK_THAT(down_a_little.luminance_cd_m2[k].g, WithinRel(ground_cd_m2, 1e-12));
 }
 
 TEST_CASE("lines of equal value run over surfaces, not along outlines and edges of sunspots", "[picture][isolines][embree]") {
